@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+# make            builds ./st4                      make test    sets up, builds, runs every test
+# make demo       sets up, builds, renders frames   make check   style and consistency, no tests
+# make deps       installs the system packages that are missing
+# config=release|debug|asan|ubsan selects flags and the folder build/$(config).
+
+config ?= release
+B := build/$(config)
+CC ?= cc
+CXX ?= c++
+
+# The one list of system packages (Debian 12, Ubuntu 24.04).
+PACKAGES := gcc g++ make pkg-config libopenexr-dev libopenimageio-dev libsleef-dev libassimp-dev \
+            libcmocka-dev mandoc clang-format
+
+CFLAGS_release := -O2 -g
+CFLAGS_debug := -O0 -g
+CFLAGS_asan := -O1 -g -fsanitize=address -fno-omit-frame-pointer
+CFLAGS_ubsan := -O1 -g -fsanitize=undefined -fno-sanitize-recover=undefined
+ifeq ($(CFLAGS_$(config)),)
+$(error config is $(config): one of release, debug, asan, ubsan is expected)
+endif
+
+# Numbers are the same whatever the compiler: no contraction, no fast-math; FMA is written out.
+WARNINGS := -Wall -Wextra -Wshadow -Wvla -Wpointer-arith -Wno-missing-field-initializers
+COMMON := -I. -MMD -MP -fopenmp -fPIC -ffp-contract=off -fno-math-errno $(WARNINGS) \
+          $(CFLAGS_$(config))
+ALL_CFLAGS = -std=c11 -pedantic -D_POSIX_C_SOURCE=200809L -Wstrict-prototypes -Wmissing-prototypes \
+             $(COMMON) $(CFLAGS)
+ALL_CXXFLAGS = -std=c++17 $(COMMON) $(CXXFLAGS)
+LDLIBS := -lOpenEXRCore-3_1 -lsleef -lm -ldl
+
+# Files that are loaded when first needed, each a shared object of its own.
+PLUGINS := render/image_oiio.cpp render/mesh_assimp.c
+# Files named *_avx2.c (and *_avx512.c) are the only ones compiled for that instruction set.
+ISA_avx2 := -mavx2 -mfma -mf16c
+ISA_avx512 := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mfma
+
+SOURCES := $(filter-out $(PLUGINS),$(wildcard accel/*.c render/*.c lang/*.c))
+MAIN := lang/main.c
+OBJECTS := $(SOURCES:%.c=$(B)/%.o)
+LIBRARY := $(filter-out $(MAIN:%.c=$(B)/%.o),$(OBJECTS))
+TESTS := $(patsubst %.c,$(B)/%.o,$(wildcard tests/*.c))
+
+.PHONY: all deps demo test check format clean
+all: st4
+
+st4: $(B)/st4
+	@ln -sfn $(B)/st4 st4
+
+$(B)/st4: $(OBJECTS) $(B)/st4-image.so $(B)/st4-assimp.so
+	$(CC) $(ALL_CFLAGS) -o $@ $(OBJECTS) $(LDFLAGS) -Wl,--as-needed $(LDLIBS)
+
+$(B)/st4-image.so: $(B)/render/image_oiio.o
+	$(CXX) -shared $(ALL_CXXFLAGS) -o $@ $^ $(LDFLAGS) $$(pkg-config --libs OpenImageIO)
+
+$(B)/st4-assimp.so: $(B)/render/mesh_assimp.o
+	$(CC) -shared $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lassimp
+
+$(B)/st4-tests: $(TESTS) $(LIBRARY)
+	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lcmocka $(LDLIBS)
+
+$(B)/%.o: %.c Makefile
+	@mkdir -p $(@D)
+	$(CC) $(ALL_CFLAGS) $(foreach isa,avx2 avx512,$(if $(findstring _$(isa).c,$<),$(ISA_$(isa)))) \
+	    -c -o $@ $<
+
+$(B)/%.o: %.cpp Makefile
+	@mkdir -p $(@D)
+	$(CXX) $(ALL_CXXFLAGS) $$(pkg-config --cflags OpenImageIO) -c -o $@ $<
+
+# Installs what is missing, and says what; does nothing where all is there.
+deps:
+	@missing=$$(for p in $(PACKAGES); do \
+	    dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'install ok installed' || echo $$p; \
+	done); \
+	if [ -n "$$missing" ]; then \
+	    echo "installing:" $$missing; \
+	    sudo=; [ $$(id -u) = 0 ] || sudo=sudo; \
+	    $$sudo apt-get update -q && \
+	    DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -q -y --no-install-recommends $$missing; \
+	fi
+
+# In a second make, so that the compilers that deps installed are found.
+demo: deps
+	@$(MAKE) --no-print-directory st4
+	@mkdir -p out
+	./st4 render examples/propeller.st4 -f 1-3 -o out/propeller.####.exr
+	./st4 render examples/propeller.st4 -f 1-3 -o out/propeller.####.png
+	@echo "the pictures are in out/:"; ls out/propeller.*
+
+test: deps
+	@$(MAKE) --no-print-directory run-tests
+
+.PHONY: run-tests
+run-tests: st4 $(B)/st4-tests
+	@ST4=$(B)/st4 TESTS=$(B)/st4-tests tests/run $(filter)
+
+check:
+	@tests/check/all
+
+format:
+	clang-format -i $(wildcard accel/*.[ch] render/*.[ch] render/*.cpp lang/*.[ch] tests/*.[ch])
+
+clean:
+	rm -rf build st4
+
+-include $(patsubst %.o,%.d,$(OBJECTS) $(TESTS) $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o)

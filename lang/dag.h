@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Expressions over time as a graph of scalars: what the evaluator's values are made of.
+//
+// Evaluating a script computes with graph nodes instead of numbers: a number is a constant node, a
+// vector is three nodes, `t` is an input. Nodes are hash-consed (equal expressions are one node) and
+// folded as they are made, so what does not mention t is a number as soon as it exists, common
+// subexpressions cost once, and functions vanish by being applied. What remains is compiled to a
+// render/program.h program. Folding uses program_fold(): folded and computed results agree in
+// their bits.
+#ifndef LANG_DAG_H
+#define LANG_DAG_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "accel/arena.h"
+#include "render/program.h"
+
+typedef struct Dag Dag;
+typedef uint32_t Ref; // a node; valid as long as the Dag
+
+enum { REF_NONE = UINT32_MAX };
+
+Dag *dag_new(Arena *arena);
+
+Ref dag_const(Dag *dag, double value);
+Ref dag_input(Dag *dag, Input input);
+// Folds constants; simplifies x+0, x*1, x*0 (only where x can not be NaN or infinite is x*0 kept
+// honest: it is not simplified unless x is finite for sure), x-x likewise, 0-x, select(const), and
+// min/max/and/or/not of constants. Unused operands: REF_NONE.
+Ref dag_op(Dag *dag, Op op, Ref a, Ref b, Ref c);
+Ref dag_table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n); // SEARCH, TABLE; copies
+
+bool dag_is_const(const Dag *dag, Ref ref, double *value); // value may be NULL
+uint32_t dag_inputs(const Dag *dag, Ref ref);              // bit i: Input i is read
+uint32_t dag_n_nodes(const Dag *dag);
+
+// d ref / d input, by the chain rule; exact where the function is differentiable, one-sided from
+// the right at jumps (floor, select, search: their own rate is 0). NOISE and HASH: *opaque is set and a
+// central difference of step `step` is built instead.
+Ref dag_diff(Dag *dag, Ref ref, Input input, double step, bool *opaque);
+
+// ref with every read of `input` replaced by `with`.
+Ref dag_substitute(Dag *dag, Ref ref, Input input, Ref with);
+// The same for several inputs at once (simultaneously).
+Ref dag_substitute_all(Dag *dag, Ref ref, const Input *inputs, const Ref *with, uint32_t n);
+
+// Scalars of t alone (and of loop variables) at whose integer or sign changes any of the roots may
+// jump or bend: operands of floor, mod, comparisons, searches. Writes at most max, returns the number there are.
+uint32_t dag_breaks(Dag *dag, const Ref *roots, uint32_t n_roots, Ref *out, uint32_t max);
+
+Program *dag_compile(const Dag *dag, Arena *arena, const Ref *roots, uint32_t n_roots);
+
+#endif

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Image files. EXR by OpenEXRCore, here; everything else by OpenImageIO, behind one C++ file that is
+// a shared object of its own (st4-image.so) and is loaded at the first use: linked in, it would cost
+// a quarter of a second and 130 MB at every start.
+#ifndef RENDER_IMAGE_H
+#define RENDER_IMAGE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "accel/arena.h"
+
+typedef struct {
+    const char *name;   // "R", "Z", "normal.X", ...
+    float *values;      // [height][width], first row on top
+    bool half;          // stored in 16 bits
+} ImageChannel;
+
+typedef enum { ATTRIBUTE_STRING, ATTRIBUTE_INT, ATTRIBUTE_FLOAT, ATTRIBUTE_RATIONAL } AttributeKind;
+
+typedef struct {
+    const char *name;
+    AttributeKind kind;
+    const char *string;
+    double number;            // INT, FLOAT
+    int32_t numerator;        // RATIONAL
+    uint32_t denominator;
+} ImageAttribute;
+
+typedef struct {
+    uint32_t width, height;
+    uint32_t n_channels, n_attributes;
+    ImageChannel *channels;
+    ImageAttribute *attributes;
+} Image;
+
+// All functions: false with one sentence in message[n], without the file's name.
+// Files are written under a temporary name in the same folder, synced, and renamed.
+
+// One part, scan lines, ZIP.
+bool image_write_exr(const char *path, const Image *image, char *message, size_t n);
+bool image_read_exr(Arena *arena, const char *path, Image *image, char *message, size_t n);
+
+// By the path's ending: .exr as above, else 8-bit PNG, TIFF, JPEG... of the channels R, G, B (and A
+// where alpha is true), linear to sRGB, values over 1 clipped. exposure: in stops.
+bool image_write(const char *path, const Image *image, bool alpha, double exposure, char *message,
+                 size_t n);
+// .exr as above, else by OpenImageIO, sRGB to linear for 8-bit files.
+bool image_read(Arena *arena, const char *path, Image *image, char *message, size_t n);
+
+const ImageChannel *image_channel(const Image *image, const char *name); // NULL: none
+
+// True once the shared object is in memory: for the test that plain runs never load it.
+bool image_library_is_loaded(void);
+
+#endif

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a scene to pictures on disk: the only door that the command uses.
+#ifndef RENDER_RENDER_H
+#define RENDER_RENDER_H
+
+#include <stdio.h>
+
+#include "accel/accel.h"
+#include "render/scene.h"
+
+// Warnings and errors of the renderer about a place in the scene. name: the warning's stable name
+// ("not-finite", "tolerance-missed", "degenerate", "fast-rotation", ...; the table is
+// render/warnings.def), NULL for an error. Called from one thread at a time.
+typedef struct {
+    void (*emit)(void *context, SourceRef where, const char *name, const char *message);
+    void *context;
+} Reporter;
+
+typedef enum { PROGRESS_NONE, PROGRESS_BAR, PROGRESS_JSON } ProgressKind;
+
+typedef struct {
+    const int64_t *frames;    // film frame numbers in the order to render, n_frames >= 1
+    uint32_t n_frames;
+    const char *out;          // pattern: #### or %04d is the frame number; the ending is the format
+    uint32_t spp;             // >= 1
+    uint64_t seed;
+    double tolerance;         // pixels; 0: as each shape says
+    uint32_t n_threads;       // >= 1
+    size_t memory;            // bytes for vertex arrays and trees of a block of frames; 0: 4 GiB
+    const AccelType *accel;
+    AccelOptions accel_options;
+    bool bake;                // everything into one tree
+    bool validate;            // check every structure after its build (tests)
+    ProgressKind progress;    // to stderr
+    const char *command_line; // for the header of the file
+} RenderOptions;
+
+typedef struct {
+    double parse_seconds, sample_seconds, segment_seconds, build_seconds, trace_seconds, write_seconds;
+    size_t vertex_bytes, segment_bytes, tree_bytes;
+    uint64_t n_objects, n_triangles, n_spheres, n_keys, n_blocks, n_frames;
+    uint64_t camera_rays, shadow_rays, bounce_rays;
+    uint64_t vertex_evaluations;  // vertices times instants
+    uint64_t lens_samples, light_samples;
+    double tolerance_reached;     // pixels, the largest estimated error of the sampled motion
+    AccelStats accel;             // summed over objects and blocks (kappa: of all)
+    AccelCounters rays;
+} RenderStats;
+
+// An exit status: 0 fine; 1 an error of the scene that only sampling could find; 3 output that can
+// not be written (checked before the first ray as far as it can be); 130 interrupted. Pictures that
+// were finished stay.
+int render_frames(const Scene *scene, const RenderOptions *options, const Reporter *reporter,
+                  RenderStats *stats);
+
+// What `st4 check` says of a shape without tracing: how its motion was sampled in these frames.
+typedef struct {
+    const Shape *shape;
+    uint32_t n_keys;          // instants sampled, 1: does not deform
+    double pixels_per_frame;  // the fastest vertex, seen from the camera
+    double error_pixels;      // estimated, of linear motion between the instants
+    size_t bytes;             // of vertex arrays, all instances
+    bool moves_as_body;       // its transform depends on time
+} ShapeMotion;
+
+typedef void ShapeMotionSink(void *context, const ShapeMotion *motion);
+int render_check(const Scene *scene, const RenderOptions *options, const Reporter *reporter,
+                 ShapeMotionSink *sink, void *context);
+
+// The file name of one frame: "#" runs (or one %0Nd) replaced by the number; if the pattern has
+// neither and many is true, the number goes before the ending as ".%04d". False: the pattern is
+// malformed (two runs, another % sequence) or size is too small.
+bool render_frame_path(const char *pattern, int64_t frame, bool many, char *path, size_t size);
+
+// The statistics file: JSON, versioned. False with a sentence in message.
+bool render_write_stats(const char *path, const RenderStats *stats, char *message, size_t n);
+
+#endif
