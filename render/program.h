@@ -24,30 +24,42 @@ typedef enum {
 
 // What a program can read. Lengths in metres, times in seconds.
 typedef enum {
-    IN_T,                         // t: the clock of the place (an instance's own)
-    IN_FILM_T,                    // T: the film's clock
-    IN_U, IN_V,                   // parameters of a surface, texture coordinates of a mesh
-    IN_PX, IN_PY, IN_PZ,          // p: rest position, in the shape's own block
-    IN_NX, IN_NY, IN_NZ,          // n: rest normal
-    IN_WX, IN_WY, IN_WZ,          // P: world position at the ray's time
-    IN_WNX, IN_WNY, IN_WNZ,       // N: world normal at the ray's time
-    IN_I,                         // i: index of the vertex
-    IN_X,                         // argument of a function given as a property (a shutter's curve)
-    IN_LOOP0, IN_LOOP1, IN_LOOP2, IN_LOOP3, // loop variables of the enclosing `for`s, outer first
+    IN_T,      // t: the clock of the place (an instance's own)
+    IN_FILM_T, // T: the film's clock
+    IN_U,
+    IN_V, // parameters of a surface, texture coordinates of a mesh
+    IN_PX,
+    IN_PY,
+    IN_PZ, // p: rest position, in the shape's own block
+    IN_NX,
+    IN_NY,
+    IN_NZ, // n: rest normal
+    IN_WX,
+    IN_WY,
+    IN_WZ, // P: world position at the ray's time
+    IN_WNX,
+    IN_WNY,
+    IN_WNZ, // N: world normal at the ray's time
+    IN_I,   // i: index of the vertex
+    IN_X,   // argument of a function given as a property (a shutter's curve)
+    IN_LOOP0,
+    IN_LOOP1,
+    IN_LOOP2,
+    IN_LOOP3, // loop variables of the enclosing `for`s, outer first
     IN_COUNT
 } Input;
 
 typedef struct {
-    uint8_t op;         // Op
+    uint8_t op; // Op
     uint8_t pad[3];
-    uint32_t a, b, c;   // indices of earlier instructions
-    uint32_t table;     // CONST: unused (value); INPUT: Input; SEARCH, TABLE: index into tables
-    double value;       // CONST
+    uint32_t a, b, c; // indices of earlier instructions
+    uint32_t table;   // CONST: unused (value); INPUT: Input; SEARCH, TABLE: index into tables
+    double value;     // CONST
 } Instr;
 
 typedef struct {
     const double *values;
-    uint32_t n;         // >= 1
+    uint32_t n; // >= 1
 } ProgramTable;
 
 typedef struct Program Program;
@@ -67,7 +79,7 @@ static inline bool program_reads(const Program *p, Input in) {
 
 // Where each input's values are. An input that the program reads must be set.
 typedef struct {
-    const double *at[IN_COUNT];  // one value, or n where bit i of varying is set
+    const double *at[IN_COUNT]; // one value, or n where bit i of varying is set
     uint32_t varying;
 } ProgramInputs;
 

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// The batch kernels behind the executor, one for each instruction set.
+#ifndef RENDER_PROGRAM_EXEC_H
+#define RENDER_PROGRAM_EXEC_H
+
+#include "render/program.h"
+
+typedef void ProgramKernel(Op op, size_t n, double *r, const double *a, const double *b,
+                           const double *c, const ProgramTable *table);
+
+ProgramKernel program_kernel_scalar, program_kernel_avx2;
+
+#endif

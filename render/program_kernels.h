@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// One operation over a batch, once per instruction set: the including file defines KERNEL_NAME, and
+// MAP1, MAP2 for the functions that the hardware does not have.
+//
+// n is a multiple of 4; all arrays are aligned to 32 bytes and do not overlap unless equal.
+#include "render/program_ops.h"
+
+#define LOOP(expression)                                                                           \
+    do {                                                                                           \
+        _Pragma("omp simd") for (size_t i = 0; i < n; i++) {                                       \
+            r[i] = (expression);                                                                   \
+        }                                                                                          \
+    } while (0);                                                                                   \
+    break
+
+// The same, for what does not vectorise.
+#define EACH(expression)                                                                           \
+    do {                                                                                           \
+        for (size_t i = 0; i < n; i++) {                                                           \
+            r[i] = (expression);                                                                   \
+        }                                                                                          \
+    } while (0);                                                                                   \
+    break
+
+void KERNEL_NAME(Op op, size_t n, double *r, const double *a, const double *b, const double *c,
+                 const ProgramTable *table) {
+    switch (op) {
+    case OP_ADD:
+        LOOP(a[i] + b[i]);
+    case OP_SUB:
+        LOOP(a[i] - b[i]);
+    case OP_MUL:
+        LOOP(a[i] * b[i]);
+    case OP_DIV:
+        LOOP(a[i] / b[i]);
+    case OP_MOD:
+        LOOP(op_mod(a[i], b[i]));
+    case OP_NEG:
+        LOOP(-a[i]);
+    case OP_ABS:
+        LOOP(fabs(a[i]));
+    case OP_SIGN:
+        LOOP(op_sign(a[i]));
+    case OP_FLOOR:
+        LOOP(floor(a[i]));
+    case OP_CEIL:
+        LOOP(ceil(a[i]));
+    case OP_ROUND:
+        LOOP(floor(a[i] + 0.5));
+    case OP_SQRT:
+        LOOP(sqrt(a[i]));
+    case OP_MIN:
+        LOOP(op_min(a[i], b[i]));
+    case OP_MAX:
+        LOOP(op_max(a[i], b[i]));
+    case OP_LT:
+        LOOP(a[i] < b[i] ? 1.0 : 0.0);
+    case OP_LE:
+        LOOP(a[i] <= b[i] ? 1.0 : 0.0);
+    case OP_EQ:
+        LOOP(a[i] == b[i] ? 1.0 : 0.0);
+    case OP_NOT:
+        LOOP(a[i] == 0 ? 1.0 : 0.0);
+    case OP_AND:
+        LOOP((a[i] != 0) & (b[i] != 0) ? 1.0 : 0.0);
+    case OP_OR:
+        LOOP((a[i] != 0) | (b[i] != 0) ? 1.0 : 0.0);
+    case OP_SELECT:
+        LOOP(a[i] != 0 ? b[i] : c[i]);
+    case OP_EXP:
+        MAP1(exp, u10);
+    case OP_LOG:
+        MAP1(log, u10);
+    case OP_SIN:
+        MAP1(sin, u10);
+    case OP_COS:
+        MAP1(cos, u10);
+    case OP_TAN:
+        MAP1(tan, u10);
+    case OP_ASIN:
+        MAP1(asin, u10);
+    case OP_ACOS:
+        MAP1(acos, u10);
+    case OP_ATAN:
+        MAP1(atan, u10);
+    case OP_POW:
+        MAP2(pow, u10);
+    case OP_ATAN2:
+        MAP2(atan2, u10);
+    case OP_HYPOT:
+        MAP2(hypot, u05);
+    case OP_SEARCH:
+        EACH(op_search(a[i], table));
+    case OP_TABLE:
+        EACH(op_table(a[i], table));
+    case OP_HASH:
+        EACH(op_hash(a[i], b[i]));
+    case OP_NOISE:
+        EACH(op_noise(a[i], b[i], c[i]));
+    case OP_CONST:
+    case OP_INPUT:
+    case OP_COUNT:
+        break;
+    }
+}
