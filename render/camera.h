@@ -12,16 +12,17 @@ typedef struct {
     CameraKind kind;
     Vec3 from;
     Vec3 right, down, forward; // orthonormal
-    double pixel;              // perspective: size of a pixel at distance 1; orthographic: in metres
+    double pixel; // perspective: size of a pixel at distance 1; orthographic: in metres
     double center_x, center_y; // the picture point straight ahead
     bool is_valid;             // false: a program gave something not finite, or from == to
 } Camera;
 
 // scene->camera with `automatic` already resolved (see camera_automatic). seconds: the film's clock.
+// Where `up` lies along the line of sight an axis takes its place.
 Camera camera_at(const Scene *scene, double seconds);
 
-// A program (8 constants) for a camera that sees the whole box lo..hi with a margin, from a little
-// above and to the side.
+// A program (10 constants, as CameraSettings has them) for a camera of 40 degrees that sees the whole
+// box lo..hi with a margin, from a little above and to the side.
 const Program *camera_automatic(Arena *arena, const Scene *scene, Vec3 lo, Vec3 hi);
 
 // The ray through picture point (x, y); dir has unit length.

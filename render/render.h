@@ -32,7 +32,8 @@ typedef struct {
     bool bake;                // everything into one tree
     bool validate;            // check every structure after its build (tests)
     ProgressKind progress;    // to stderr
-    const char *command_line; // for the header of the file
+    const char *command_line; // for the header of the file: what changes the picture, so that files
+                              // are equal whatever the threads, the memory and the other frames
 } RenderOptions;
 
 typedef struct {
@@ -41,7 +42,9 @@ typedef struct {
     uint64_t n_objects, n_triangles, n_spheres, n_keys, n_blocks, n_frames;
     uint64_t camera_rays, shadow_rays, bounce_rays;
     uint64_t vertex_evaluations;  // vertices times instants
-    uint64_t lens_samples, light_samples;
+    uint64_t lens_samples, light_samples, time_samples; // drawn; 0 where the scene needs none
+    uint64_t film_samples;        // of all pixels
+    uint64_t dropped_samples;     // not finite, counted as black
     double tolerance_reached;     // pixels, the largest estimated error of the sampled motion
     AccelStats accel;             // summed over objects and blocks (kappa: of all)
     AccelCounters rays;
