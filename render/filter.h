@@ -17,7 +17,7 @@ typedef struct {
 void filter_init(Filter *filter, FilterKind kind);
 
 // u in [0, 1] to an offset from the pixel's centre along one axis, ascending. Box: [-1/2, 1/2];
-// Blackman-Harris: [-3/2, 3/2].
+// Blackman-Harris: [-3/2, 3/2], right to 0.001 pixel but for the outermost 0.2 %.
 double filter_offset(const Filter *filter, double u);
 
 // How far from its pixel's centre a sample can lie.
