@@ -2,6 +2,8 @@
 // Box and Blackman-Harris filters, inverted by bisection.
 #include "render/filter.h"
 
+#include <math.h>
+
 static const double PI = 3.141592653589793;
 
 double filter_radius(FilterKind kind) {
@@ -38,21 +40,23 @@ void filter_init(Filter *filter, FilterKind kind) {
     if (kind == FILTER_BOX) {
         return;
     }
-    // The bell is even: one half mirrored is exactly so.
     const double width = 2 * filter_radius(kind);
-    for (int i = 0; i <= FILTER_CELLS / 2; i++) {
-        double x = i == 0 ? 0 : i == FILTER_CELLS / 2 ? 0.5 : invert((double)i / FILTER_CELLS);
-        filter->inverse[i] = (x - 0.5) * width;
-        filter->inverse[FILTER_CELLS - i] = (0.5 - x) * width;
+    for (int i = 0; i <= FILTER_CELLS; i++) {
+        double root = (double)i / FILTER_CELLS;
+        filter->inverse[i] = (invert(0.5 * (root * root) * (root * root)) - 0.5) * width;
     }
+    filter->inverse[0] = -filter_radius(kind);
+    filter->inverse[FILTER_CELLS] = 0;
 }
 
 double filter_offset(const Filter *filter, double u) {
     if (filter->kind == FILTER_BOX) {
         return u - 0.5;
     }
-    double cell = u * FILTER_CELLS;
+    // The bell is even: one half serves for both.
+    double cell = sqrt(sqrt(2 * (u < 0.5 ? u : 1 - u))) * FILTER_CELLS;
     int i = cell < FILTER_CELLS ? (int)cell : FILTER_CELLS - 1;
     double f = cell - i;
-    return filter->inverse[i] * (1 - f) + filter->inverse[i + 1] * f;
+    double offset = filter->inverse[i] * (1 - f) + filter->inverse[i + 1] * f;
+    return u < 0.5 ? offset : -offset;
 }
