@@ -57,7 +57,7 @@ $(B)/st4-image.so: $(B)/render/image_oiio.o
 $(B)/st4-assimp.so: $(B)/render/mesh_assimp.o
 	$(CC) -shared $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lassimp
 
-$(B)/st4-tests: $(TESTS) $(LIBRARY)
+$(B)/st4-tests: $(TESTS) $(LIBRARY) | $(B)/st4-image.so $(B)/st4-assimp.so
 	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lcmocka $(LDLIBS)
 
 $(B)/%.o: %.c Makefile

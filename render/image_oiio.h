@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// The C face of OpenImageIO: what st4-image.so exports, one table of functions under the name
+// image_oiio. No exception leaves it. Pixels are interleaved, first row on top.
+#ifndef RENDER_IMAGE_OIIO_H
+#define RENDER_IMAGE_OIIO_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct ImageOiioFile ImageOiioFile;
+
+typedef struct {
+    uint32_t width, height, n_channels;
+    bool is_srgb;         // the values of the colour channels are on the sRGB curve
+    bool is_unassociated; // the colour channels are not multiplied by alpha
+} ImageOiioInfo;
+
+typedef struct {
+    // pixels: [height][width][n_channels], n_channels 3 or 4 (the fourth is alpha, by which the
+    // others are not multiplied), sRGB. format: "png", "jpg", ...: the writer, whatever the name.
+    bool (*write)(const char *path, const char *format, const uint8_t *pixels, uint32_t width,
+                  uint32_t height, uint32_t n_channels, char *message, size_t n);
+    // NULL with a message on failure; else close() it.
+    ImageOiioFile *(*open)(const char *path, ImageOiioInfo *info, char *message, size_t n);
+    const char *(*channel_name)(const ImageOiioFile *file, uint32_t channel);
+    // values: [height][width][n_channels]; integers come as 0..1.
+    bool (*read)(ImageOiioFile *file, float *values, char *message, size_t n);
+    void (*close)(ImageOiioFile *file);
+} ImageOiio;
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+extern const ImageOiio image_oiio;
+#ifdef __cplusplus
+}
+#endif
+
+#endif
