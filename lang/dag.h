@@ -25,9 +25,8 @@ Dag *dag_new(Arena *arena);
 
 Ref dag_const(Dag *dag, double value);
 Ref dag_input(Dag *dag, Input input);
-// Folds constants; simplifies x+0, x*1, x*0 (only where x can not be NaN or infinite is x*0 kept
-// honest: it is not simplified unless x is finite for sure), x-x likewise, 0-x, select(const), and
-// min/max/and/or/not of constants. Unused operands: REF_NONE.
+// Folds constants and simplifies (x*0 and x-x only where x is finite for sure); results have the
+// same bits as the operations written, but for the sign of a zero. Unused operands: REF_NONE.
 Ref dag_op(Dag *dag, Op op, Ref a, Ref b, Ref c);
 Ref dag_table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n); // SEARCH, TABLE; copies
 
@@ -36,8 +35,8 @@ uint32_t dag_inputs(const Dag *dag, Ref ref);              // bit i: Input i is 
 uint32_t dag_n_nodes(const Dag *dag);
 
 // d ref / d input, by the chain rule; exact where the function is differentiable, one-sided from
-// the right at jumps (floor, select, search: their own rate is 0). NOISE and HASH: *opaque is set and a
-// central difference of step `step` is built instead.
+// the right at jumps (floor, select, search: their own rate is 0). NOISE and HASH of what changes:
+// *opaque (may be NULL) is set and a central difference over +-step is built instead.
 Ref dag_diff(Dag *dag, Ref ref, Input input, double step, bool *opaque);
 
 // ref with every read of `input` replaced by `with`.
@@ -45,8 +44,10 @@ Ref dag_substitute(Dag *dag, Ref ref, Input input, Ref with);
 // The same for several inputs at once (simultaneously).
 Ref dag_substitute_all(Dag *dag, Ref ref, const Input *inputs, const Ref *with, uint32_t n);
 
-// Scalars of t alone (and of loop variables) at whose integer or sign changes any of the roots may
-// jump or bend: operands of floor, mod, comparisons, searches. Writes at most max, returns the number there are.
+// Scalars of t alone (and of loop variables) whose floor changes where any of the roots may jump or
+// bend: operands of floor and mod; comparisons, signs and searches themselves, so that a scalar
+// changes at no other instants. Poles count as jumps. Each once. Writes at most max, returns the
+// number there are.
 uint32_t dag_breaks(Dag *dag, const Ref *roots, uint32_t n_roots, Ref *out, uint32_t max);
 
 Program *dag_compile(const Dag *dag, Arena *arena, const Ref *roots, uint32_t n_roots);

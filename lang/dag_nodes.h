@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Inside of a Dag, shared by the files that build it (lang/dag.c) and walk it (lang/dag_*.c).
+//
+// Operands always precede the node that uses them, so the graph has no cycles. Graphs may be a
+// million nodes deep: every walk keeps its own stack.
+#ifndef LANG_DAG_NODES_H
+#define LANG_DAG_NODES_H
+
+#include "lang/dag.h"
+
+enum {
+    FACT_TRUTH = 1,    // 0 or 1
+    FACT_INTEGER = 2,  // a whole number, infinite or NaN
+    FACT_POSITIVE = 4, // not below 0 (but perhaps NaN)
+    BOUND_NONE = INT16_MAX,
+};
+
+// CONST: a and b are the low and high half of the double's bits. INPUT: a is the Input. SEARCH and
+// TABLE: b is the index of the table.
+typedef struct {
+    uint8_t op;
+    uint8_t facts;   // FACT_ bits
+    int16_t bound;   // |value| <= 2^bound and never NaN; BOUND_NONE: nothing is known
+    uint32_t inputs; // bit i: Input i is read, here or below
+    Ref a, b, c;
+} DagNode;
+
+// Scratch of the walks. Nodes are marked with a number that changes with each walk, so that a walk
+// costs what it visits and not what the graph holds.
+typedef struct {
+    uint32_t *mark;
+    Ref *image; // what a visited node became
+    Ref *order; // the visited nodes, operands first
+    Ref *stack;
+    size_t mark_capacity, image_capacity, order_capacity, stack_capacity;
+    uint32_t n_order, epoch;
+} DagWalk;
+
+struct Dag {
+    Arena *arena;
+    DagNode *nodes;
+    size_t n_nodes, nodes_capacity;
+    Ref *slots; // open addressing, a power of two; REF_NONE: empty
+    size_t n_slots;
+    ProgramTable *tables;
+    size_t n_tables, tables_capacity;
+    uint32_t *table_slots;
+    size_t n_table_slots;
+    DagWalk *walk;
+};
+
+static inline uint32_t dag_node_operands(const DagNode *node, Ref operands[3]) {
+    operands[0] = node->a;
+    operands[1] = node->b;
+    operands[2] = node->c;
+    return op_operands[node->op];
+}
+
+// Visits what the roots reach and that reads any input of the mask (mask 0: everything), operands
+// first; leaves walk->order and walk->n_order. The next walk ends this one's results.
+void dag_walk(const Dag *dag, const Ref *roots, size_t n_roots, uint32_t mask);
+
+static inline bool dag_walk_visited(const Dag *dag, Ref ref) {
+    return dag->walk->mark[ref] == dag->walk->epoch;
+}
+
+// The same node with other operands, built anew.
+Ref dag_rebuild(Dag *dag, const DagNode *node, const Ref operands[3]);
+
+#endif
