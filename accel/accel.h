@@ -6,10 +6,10 @@
 // a vertex is at fma(f, b - a, a). What the keys mean in seconds is the caller's affair; the
 // structures see only how long each span is. Within a structure time is counted in whole ticks,
 //
-//     tick(key, f) = key * TICKS_PER_SPAN + floor(f * TICKS_PER_SPAN),
+//     tick(key, f) = key * TICKS_PER_SPAN + min(floor(f * TICKS_PER_SPAN), TICKS_PER_SPAN - 1),
 //
 // which is exact for every float f in [0, 1], so that no rounding can put a ray on the wrong side of
-// a split in time.
+// a split in time. f = 1 belongs to the last tick of its own span: the next span may be a gap.
 //
 // All structures run the same float kernels (accel/intersect.h) on the same vertices, so every
 // structure gives the same hit for the same ray, bit for bit: the least distance, at equal
@@ -29,15 +29,21 @@ typedef enum { GEOMETRY_TRIANGLES, GEOMETRY_SPHERES } GeometryKind;
 // Coordinates are in the object's frame (see accel/frame.h), where the rest pose has extent <= 1.
 typedef struct {
     GeometryKind kind;
-    uint32_t n_prims;         // triangles, or spheres
-    uint32_t n_vertices;      // spheres: n_prims (vertex i is the centre of sphere i)
-    uint32_t n_keys;          // >= 1; 1: nothing moves
-    const uint32_t *index;    // [n_prims][3], each < n_vertices; spheres: NULL
-    const float *position;    // [n_keys][n_vertices][3]
-    const float *radius;      // [n_keys][n_vertices] for spheres, else NULL; < 0 counts as absent
-    const double *span_share; // [n_keys - 1], relative length of each span, >= 0; a span that no ray
-                              // can fall into (a gap between shutters, a break) has 0. NULL: equal
+    uint32_t n_prims;      // triangles, or spheres
+    uint32_t n_vertices;   // spheres: n_prims (vertex i is the centre of sphere i)
+    uint32_t n_keys;       // >= 1; 1: nothing moves
+    const uint32_t *index; // [n_prims][3], each < n_vertices; spheres: NULL
+    const float *position; // [n_keys][n_vertices][3]
+    const float *radius;   // [n_keys][n_vertices] for spheres, else NULL; <= 0: absent
+    // [n_keys - 1], relative length of each span, >= 0; a span that no ray can fall into (a gap
+    // between shutters, a break) has 0. NULL: all equal.
+    const double *span_share;
 } Geometry;
+
+static inline uint32_t accel_tick(uint32_t key, float f) {
+    uint32_t i = f > 0 ? (uint32_t)(f * TICKS_PER_SPAN) : 0;
+    return key * TICKS_PER_SPAN + (i < TICKS_PER_SPAN ? i : TICKS_PER_SPAN - 1);
+}
 
 // origin + t * dir, tmin < t <= tmax. dir need not be of unit length; t is in units of dir.
 // key in [0, max(n_keys - 2, 0)], f in [0, 1]. Anything not finite (but tmax) is a miss.
@@ -68,12 +74,12 @@ typedef enum {
 extern const char *const leaf_reason_names[LEAF_REASONS]; // "memory", "depth", ...
 
 typedef struct {
-    double kappa;        // equation 4 of the thesis; > 1, default 2
-    uint32_t leaf_size;  // a cell of at most so many primitives is not split; default 8
-    uint32_t max_depth;  // 0: 8 + 1.3 log2(segments) + 4, at most 60
-    size_t memory;       // bytes that the structure may take, build included; 0: no bound
-    bool split_time;     // kd4-thesis only: false makes a 3D tree over the same segments
-    uint32_t n_threads;  // for the build; the result does not depend on it
+    double kappa;       // equation 4 of the thesis; > 1, default 2
+    uint32_t leaf_size; // a cell of at most so many primitives is not split; default 8
+    uint32_t max_depth; // 0: 8 + 1.3 log2(segments) + 4, at most 60
+    size_t memory;      // bytes that the structure may take, build included; 0: no bound
+    bool split_time;    // kd4-thesis only: false makes a 3D tree over the same segments
+    uint32_t n_threads; // for the build; the result does not depend on it
 } AccelOptions;
 
 AccelOptions accel_options_default(void);
@@ -127,5 +133,11 @@ typedef struct {
 } OracleHit;
 
 bool accel_oracle(const Geometry *geometry, const AccelRay *ray, OracleHit *hit);
+
+// Which instruction set the structures built from now on use: "scalar", "avx2", NULL for the best
+// that this machine has. The bits of the hits are the same in all. False: unknown, or not here.
+// Not thread-safe; meant for the start of the program and for tests.
+bool accel_set_cpu(const char *name);
+const char *accel_cpu(void); // what is in use
 
 #endif

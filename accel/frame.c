@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// An object's frame: the way from the scene's doubles to the kernels' floats.
+#include "accel/frame.h"
+
+// Local units; origins within are used as they are.
+static const double FAR_ORIGIN = 4;
+// Exponents of the scale are kept so far from double's own limits that products cannot overflow.
+enum { EXPONENT_LIMIT = 500 };
+
+static double power_below(double x) {
+    int e;
+    frexp(x, &e);
+    e = e > EXPONENT_LIMIT ? EXPONENT_LIMIT : e < -EXPONENT_LIMIT ? -EXPONENT_LIMIT : e;
+    return ldexp(1, -e);
+}
+
+static double largest_of(Vec3 a) {
+    return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
+}
+
+Frame frame_from_box(Vec3 lo, Vec3 hi) {
+    Vec3 extent = vec3_sub(hi, lo);
+    Vec3 center = vec3_madd(lo, 0.5, extent);
+    bool valid = extent.x >= 0 && extent.y >= 0 && extent.z >= 0 && vec3_is_finite(extent) &&
+                 vec3_is_finite(center);
+    if (!valid) {
+        return (Frame){{0, 0, 0}, 1};
+    }
+    double largest = largest_of(extent);
+    return (Frame){{center.x, center.y, center.z}, largest > 0 ? power_below(largest) : 1};
+}
+
+// Moves *o along d to where it is nearest to 0; the distance moved. The first step leaves an error
+// of 2^-53 of the distance along the ray, which a second and a third take away.
+static double advance(Vec3 *o, Vec3 d) {
+    double moved = 0, dd = vec3_dot(d, d);
+    for (int i = 0; i < 3; i++) {
+        double step = -vec3_dot(*o, d) / dd;
+        *o = vec3(fma(step, d.x, o->x), fma(step, d.y, o->y), fma(step, d.z, o->z));
+        moved += step;
+    }
+    return moved;
+}
+
+static float to_distance(double t, FrameDistance distance) {
+    double local = (t - distance.base) / distance.unit;
+    return (float)fmin(fmax(local, -1e37), 1e37);
+}
+
+bool frame_ray(const Frame *frame, Vec3 origin, Vec3 dir, double tmin, double tmax, AccelRay *ray,
+               FrameDistance *distance) {
+    const double *c = frame->center;
+    Vec3 o = vec3_scale(vec3_sub(origin, vec3(c[0], c[1], c[2])), frame->scale);
+    double largest = largest_of(dir);
+    if (!vec3_is_finite(o) || !vec3_is_finite(dir) || !(largest > 0) || isnan(tmin) ||
+        isnan(tmax)) {
+        return false;
+    }
+    // A power of two, so the direction keeps its bits and its largest component is in [0.5, 1).
+    int e;
+    frexp(largest, &e);
+    Vec3 d = vec3(ldexp(dir.x, -e), ldexp(dir.y, -e), ldexp(dir.z, -e));
+    double unit = ldexp(1 / frame->scale, -e);
+    double moved = largest_of(o) > FAR_ORIGIN ? advance(&o, d) : 0;
+    *distance = (FrameDistance){moved * unit, unit};
+    if (!isfinite(moved * unit) || !isfinite(unit) || !(unit > 0) || !vec3_is_finite(o)) {
+        return false;
+    }
+    ray->origin[0] = (float)o.x, ray->origin[1] = (float)o.y, ray->origin[2] = (float)o.z;
+    ray->dir[0] = (float)d.x, ray->dir[1] = (float)d.y, ray->dir[2] = (float)d.z;
+    ray->tmin = to_distance(tmin, *distance);
+    ray->tmax = to_distance(tmax, *distance);
+    return true;
+}

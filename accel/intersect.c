@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays made ready for the kernels: checked, scaled, sheared.
+#include "accel/intersect.h"
+
+#include <math.h>
+
+// Beyond this nothing is hit: it keeps products of distances clear of infinity.
+static const float T_LIMIT = 1e37f;
+
+static bool is_valid(const Geometry *geometry, const AccelRay *ray) {
+    uint32_t n_spans = geometry->n_keys > 1 ? geometry->n_keys - 1 : 1;
+    bool finite = isfinite(ray->tmin);
+    for (int i = 0; i < 3; i++) {
+        finite = finite && isfinite(ray->origin[i]) && isfinite(ray->dir[i]);
+    }
+    return finite && ray->tmin <= ray->tmax && ray->f >= 0 && ray->f <= 1 && ray->key < n_spans;
+}
+
+static float clamp_distance(float t) {
+    return t > T_LIMIT ? T_LIMIT : t < -T_LIMIT ? -T_LIMIT : t;
+}
+
+// Directions from 2^-20 to 2^20 are taken as they are; others by a power of two, which is exact,
+// so that nothing overflows or gets lost.
+static bool scale_direction(const AccelRay *ray, RayState *state) {
+    float largest = fmaxf(fabsf(ray->dir[0]), fmaxf(fabsf(ray->dir[1]), fabsf(ray->dir[2])));
+    if (!(largest > 0)) {
+        return false;
+    }
+    int e = 0;
+    if (largest < 0x1p-20f || largest > 0x1p20f) {
+        frexpf(largest, &e);
+    }
+    for (int i = 0; i < 3; i++) {
+        state->o[i] = ray->origin[i];
+        state->d[i] = e ? ldexpf(ray->dir[i], -e) : ray->dir[i];
+    }
+    state->tn = clamp_distance(e ? ldexpf(ray->tmin, e) : ray->tmin);
+    state->tf = clamp_distance(e ? ldexpf(ray->tmax, e) : ray->tmax);
+    state->unscale = e ? ldexpf(1, -e < 127 ? -e : 127) : 1;
+    return true;
+}
+
+static void set_shear(RayState *state) {
+    const float *d = state->d;
+    int kz = fabsf(d[0]) > fabsf(d[1]) ? 0 : 1;
+    kz = fabsf(d[2]) > fabsf(d[kz]) ? 2 : kz;
+    state->kz = kz;
+    state->kx = (kz + 1) % 3;
+    state->ky = (kz + 2) % 3;
+    state->sx = d[state->kx] / d[kz];
+    state->sy = d[state->ky] / d[kz];
+    state->sz = 1 / d[kz];
+}
+
+bool ray_prepare(const Geometry *geometry, const AccelRay *ray, RayState *state) {
+    if (!is_valid(geometry, ray) || !scale_direction(ray, state)) {
+        return false;
+    }
+    set_shear(state);
+    uint32_t next = geometry->n_keys > 1 ? ray->key + 1 : ray->key;
+    size_t n = geometry->n_vertices;
+    state->f = ray->f;
+    state->tick = accel_tick(ray->key, ray->f);
+    state->a = geometry->position + 3 * n * ray->key;
+    state->b = geometry->position + 3 * n * next;
+    state->ra = geometry->radius ? geometry->radius + n * ray->key : NULL;
+    state->rb = geometry->radius ? geometry->radius + n * next : NULL;
+    return true;
+}

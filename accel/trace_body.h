@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// The text of one set of kernels: included once by each file that is compiled for an instruction
+// set, which defines TRACE_KERNELS (the set's name) and TRACE_NAME.
+#include "accel/trace.h"
+
+static void count_ray(AccelCounters *count, uint64_t n_nodes, uint64_t n_tests) {
+    if (count) {
+        count->rays++;
+        count->nodes += n_nodes;
+        count->prim_tests += n_tests;
+    }
+}
+
+static bool report_hit(const RayState *state, const Nearest *nearest, AccelHit *hit) {
+    bool is_hit = nearest->prim != INT32_MAX;
+    if (is_hit) {
+        *hit = (AccelHit){nearest->t * state->unscale, nearest->prim, nearest->u, nearest->v};
+    } else {
+        hit->prim = ACCEL_NO_PRIM;
+    }
+    return is_hit;
+}
+
+static bool brute_closest(const Geometry *geometry, const AccelRay *ray, AccelHit *hit,
+                          AccelCounters *count) {
+    RayState state;
+    Nearest nearest = {0, INT32_MAX, 0, 0};
+    if (ray_prepare(geometry, ray, &state)) {
+        nearest.t = state.tf;
+        for (uint32_t i = 0; i < geometry->n_prims; i++) {
+            intersect_prim(geometry, &state, (int32_t)i, &nearest);
+        }
+    }
+    count_ray(count, 0, geometry->n_prims);
+    return report_hit(&state, &nearest, hit);
+}
+
+static bool brute_occluded(const Geometry *geometry, const AccelRay *ray, AccelCounters *count) {
+    RayState state;
+    Nearest nearest = {0, INT32_MAX, 0, 0};
+    uint32_t n = 0;
+    if (ray_prepare(geometry, ray, &state)) {
+        nearest.t = state.tf;
+        while (n < geometry->n_prims && nearest.prim == INT32_MAX) {
+            intersect_prim(geometry, &state, (int32_t)n++, &nearest);
+        }
+    }
+    count_ray(count, 0, n);
+    return nearest.prim != INT32_MAX;
+}
+
+const TraceKernels TRACE_KERNELS = {TRACE_NAME, brute_closest, brute_occluded};
