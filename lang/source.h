@@ -19,6 +19,7 @@ typedef struct {
     const char *text;     // NUL-terminated, but may hold NULs before
     uint32_t base, size;  // its offsets are [base, base + size]
     Span included_from;   // the string in the include statement; lo == hi == 0 for the main file
+    const uint32_t *lines; // line ends before every 1024th character
 } SourceFile;
 
 typedef struct {

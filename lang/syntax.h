@@ -74,7 +74,7 @@ typedef enum {
 typedef struct {
     uint8_t kind;   // NodeKind
     uint8_t aux;
-    uint16_t pad;
+    uint16_t parens; // pairs of brackets around the expression, not in its span
     uint32_t lo;    // offset of the first character
     uint32_t a, b;
 } Node;

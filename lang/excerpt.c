@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Excerpts of the source, with carets that stand where the characters do.
+#include "lang/excerpt.h"
+
+#include <inttypes.h>
+#include <string.h>
+
+// Columns of a terminal, without the margin. What is cut off is marked by three points.
+enum { WIDTH = 100, BEFORE = 60, TAB = 4 };
+
+// The character at s, s < end; its length goes to *size. What is not UTF-8 gives U+FFFD.
+static uint32_t decode(const char *s, const char *end, unsigned *size) {
+    const unsigned char *u = (const unsigned char *)s;
+    unsigned n = u[0] < 0x80 ? 1 : u[0] >= 0xf0 ? 4 : u[0] >= 0xe0 ? 3 : u[0] >= 0xc2 ? 2 : 0;
+    *size = 1;
+    if (n == 1) {
+        return u[0];
+    }
+    if (!n || (size_t)(end - s) < n) {
+        return 0xfffd;
+    }
+    uint32_t c = u[0] & (0xffu >> (n + 1));
+    for (unsigned i = 1; i < n; i++) {
+        if ((u[i] & 0xc0) != 0x80) {
+            return 0xfffd;
+        }
+        c = c << 6 | (u[i] & 0x3f);
+    }
+    *size = n;
+    return c;
+}
+
+// Columns that a terminal gives to a character: marks that combine have none, East Asian wide
+// ones (Unicode Standard Annex 11, its large blocks) and emoji two.
+static unsigned width_of(uint32_t c) {
+    static const struct {
+        uint32_t lo, hi;
+        unsigned width;
+    } ranges[] = {
+        {0x0300, 0x036f, 0},   {0x1100, 0x115f, 2}, {0x200b, 0x200f, 0},   {0x2e80, 0xa4cf, 2},
+        {0xac00, 0xd7a3, 2},   {0xf900, 0xfaff, 2}, {0xfe00, 0xfe0f, 0},   {0xfe30, 0xfe6f, 2},
+        {0xff00, 0xff60, 2},   {0xffe0, 0xffe6, 2}, {0x1f300, 0x1f64f, 2}, {0x1f900, 0x1f9ff, 2},
+        {0x20000, 0x3fffd, 2},
+    };
+    for (size_t i = 0; i < sizeof ranges / sizeof ranges[0]; i++) {
+        if (c >= ranges[i].lo && c <= ranges[i].hi) {
+            return ranges[i].width;
+        }
+    }
+    return c == '\t' ? TAB : 1;
+}
+
+static unsigned width_between(const char *from, const char *to) {
+    unsigned width = 0, size;
+    for (; from < to; from += size) {
+        width += width_of(decode(from, to, &size));
+    }
+    return width;
+}
+
+// Characters that would steer the terminal, or that it cannot show, are replaced.
+static void put_line(FILE *out, const char *from, const char *to) {
+    unsigned size;
+    for (; from < to; from += size) {
+        uint32_t c = decode(from, to, &size);
+        if (c == '\t') {
+            fprintf(out, "%*s", TAB, "");
+        } else if (c < 0x20 || (c >= 0x7f && c < 0xa0) || (c >= 0x202a && c <= 0x202e) ||
+                   (c >= 0x2066 && c <= 0x2069) || c == 0xfffd) {
+            fputs("\xef\xbf\xbd", out);
+        } else {
+            fwrite(from, 1, size, out);
+        }
+    }
+}
+
+static const char *step(const char *at, int direction) {
+    do {
+        at += direction;
+    } while (((unsigned char)*at & 0xc0) == 0x80);
+    return at;
+}
+
+void excerpt_print(FILE *out, SourcePlace place, Span where, const char *hint, const char *color,
+                   const char *off) {
+    if (!place.file) {
+        if (hint) {
+            fprintf(out, "      | %s%s%s\n", color, hint, off);
+        }
+        return;
+    }
+    const char *text = place.file->text, *end = text + place.file->size;
+    const char *at = text + (where.lo - place.file->base), *start = at, *stop = at;
+    while (start > text && start[-1] != '\n') {
+        start--;
+    }
+    while (stop < end && *stop != '\n') {
+        stop++;
+    }
+    if (stop > start && stop[-1] == '\r' && stop > at) {
+        stop--;
+    }
+    const char *left = start, *right = stop;
+    if (width_between(start, stop) > WIDTH) {
+        for (left = at; left > start && width_between(left, at) < BEFORE;) {
+            left = step(left, -1);
+        }
+        for (right = left; right < stop && width_between(left, right) < WIDTH;) {
+            right = step(right, 1);
+        }
+    }
+    const char *last = text + (where.hi - place.file->base);
+    last = where.hi < where.lo || last > right ? right : last;
+    const char *mark = left > start ? "..." : "";
+    fprintf(out, "%5" PRIu32 " | %s", place.line, mark);
+    put_line(out, left, right);
+    fprintf(out, "%s\n      | %*s%s^", right < stop ? "..." : "",
+            (int)(strlen(mark) + width_between(left, at)), "", color);
+    for (unsigned n = width_between(at, last); n > 1; n--) {
+        fputc('~', out);
+    }
+    fprintf(out, "%s%s%s\n", hint ? " " : "", hint ? hint : "", off);
+}

@@ -1,0 +1,591 @@
+// SPDX-License-Identifier: Apache-2.0
+// Statements and whole files. lang/parser.h says how to read this file.
+#include "lang/parser.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static NodeId parse_block(Parser *p);
+
+static ExtraId words_to_extra(Parser *p, const uint32_t *words, size_t n) {
+    size_t base = p->n_stack;
+    for (size_t i = 0; i < n; i++) {
+        parser_push(p, words[i]);
+    }
+    return parser_pop_to_extra(p, base);
+}
+
+// Takes a name that the rule asks for; false: reported.
+static bool take_name(Parser *p, const char *what, const char *hint, Symbol *name, uint32_t *at) {
+    if (p->is_lost) {
+        return false;
+    }
+    if (!parser_at(p, TOKEN_NAME)) {
+        parser_error_expected(p, what, hint);
+        return false;
+    }
+    *name = p->token.symbol;
+    *at = p->token.lo;
+    parser_advance(p);
+    return true;
+}
+
+// "let" NAME "=" expr | "param" NAME "=" expr | "clip" NAME "=" expr
+static NodeId parse_let(Parser *p, NodeKind kind) {
+    uint32_t lo = p->token.lo, at;
+    Symbol name;
+    parser_advance(p);
+    if (!take_name(p, "a name", NULL, &name, &at)) {
+        return 0;
+    }
+    if (kind == NODE_LET && parser_at(p, TOKEN_LPAREN)) {
+        parser_error_expected(p, "'='", "a function is defined with fn: fn f(x) = ...");
+    }
+    NodeId value = parser_expect(p, TOKEN_ASSIGN, 0) ? parse_expr(p) : 0;
+    return value ? parser_node(p, kind, 0, lo, name, value) : 0;
+}
+
+// params = "(" [ NAME [ "=" expr ] { "," NAME [ "=" expr ] } [ "," ] ] ")" .
+static NodeId parse_params(Parser *p) {
+    uint32_t lo = p->token.lo, n = 0;
+    size_t base = p->n_stack;
+    p->n_brackets++;
+    parser_advance(p);
+    while (!parser_at(p, TOKEN_RPAREN)) {
+        Symbol name;
+        uint32_t at;
+        if (!take_name(p, "a parameter's name", NULL, &name, &at)) {
+            break;
+        }
+        NodeId value = parser_accept(p, TOKEN_ASSIGN) ? parse_expr(p) : 0;
+        parser_push(p, name);
+        parser_push(p, at);
+        parser_push(p, value);
+        n++;
+        if (!parser_accept(p, TOKEN_COMMA)) {
+            break;
+        }
+    }
+    parser_expect(p, TOKEN_RPAREN, lo);
+    p->n_brackets--;
+    ExtraId extra = parser_pop_to_extra(p, base);
+    return p->is_lost ? 0 : parser_node(p, NODE_PARAMS, 0, lo, extra, n);
+}
+
+// "fn" NAME params "=" expr
+static NodeId parse_fn(Parser *p) {
+    uint32_t lo = p->token.lo, at, words[2];
+    Symbol name;
+    parser_advance(p);
+    if (!take_name(p, "a name", NULL, &name, &at)) {
+        return 0;
+    }
+    if (!parser_at(p, TOKEN_LPAREN)) {
+        parser_error_expected(p, "'('", "write fn f(x) = ..., or let for a plain value");
+        return 0;
+    }
+    words[0] = parse_params(p);
+    if (parser_at(p, TOKEN_LBRACE)) {
+        parser_error_expected(p, "'='", "a function's body is one expression");
+    }
+    words[1] = parser_expect(p, TOKEN_ASSIGN, 0) ? parse_expr(p) : 0;
+    return words[1] ? parser_node(p, NODE_FN, 0, lo, name, words_to_extra(p, words, 2)) : 0;
+}
+
+// "def" NAME [ params ] block
+static NodeId parse_def(Parser *p) {
+    uint32_t lo = p->token.lo, at, words[2] = {0};
+    Symbol name;
+    parser_advance(p);
+    if (!take_name(p, "a name", NULL, &name, &at)) {
+        return 0;
+    }
+    if (parser_at(p, TOKEN_LPAREN)) {
+        words[0] = parse_params(p);
+    } else if (parser_at(p, TOKEN_ASSIGN)) {
+        parser_error_expected(p, "'{'", "write def Name { ... }, or let for a value");
+    }
+    words[1] = parse_block(p);
+    return words[1] ? parser_node(p, NODE_DEF, 0, lo, name, words_to_extra(p, words, 2)) : 0;
+}
+
+// "for" NAME "in" expr block
+static NodeId parse_for(Parser *p) {
+    uint32_t lo = p->token.lo, at, words[2];
+    Symbol name;
+    const char *hint = "write for i in 0..9 { ... }";
+    parser_advance(p);
+    if (!take_name(p, "a name", hint, &name, &at)) {
+        return 0;
+    }
+    if (!parser_accept_keyword(p, KEYWORD_IN)) {
+        parser_error_expected(p, "'in'", hint);
+        return 0;
+    }
+    words[0] = parse_expr(p);
+    words[1] = parse_block(p);
+    return words[1] ? parser_node(p, NODE_FOR, 0, lo, name, words_to_extra(p, words, 2)) : 0;
+}
+
+// condition of `if` and `when`
+static NodeId parse_condition(Parser *p) {
+    parser_advance(p);
+    NodeId condition = parse_expr(p);
+    if (condition && parser_at(p, TOKEN_ASSIGN)) {
+        parser_error_expected(p, "'{'", "write '==' to compare");
+        return 0;
+    }
+    return condition;
+}
+
+// "if" expr block [ "else" ( block | if-stmt ) ]
+static NodeId parse_if(Parser *p) {
+    uint32_t lo = p->token.lo, words[2] = {0};
+    NodeId condition = parse_condition(p);
+    words[0] = parse_block(p);
+    if (words[0] && parser_at_keyword(p, KEYWORD_ELSE) && p->next.kind != TOKEN_ASSIGN) {
+        parser_advance(p);
+        if (!parser_at_keyword(p, KEYWORD_IF)) {
+            words[1] = parse_block(p);
+        } else if (parser_enter(p)) {
+            words[1] = parse_if(p);
+            parser_leave(p);
+        }
+    }
+    return p->is_lost ? 0 : parser_node(p, NODE_IF, 0, lo, condition, words_to_extra(p, words, 2));
+}
+
+// "when" expr block
+static NodeId parse_when(Parser *p) {
+    uint32_t lo = p->token.lo;
+    NodeId condition = parse_condition(p);
+    NodeId block = parse_block(p);
+    return block ? parser_node(p, NODE_WHEN, 0, lo, condition, block) : 0;
+}
+
+// "include" STRING [ "as" NAME ]
+static NodeId parse_include(Parser *p) {
+    uint32_t lo = p->token.lo, at;
+    Symbol name = 0;
+    parser_advance(p);
+    if (!parser_at(p, TOKEN_STRING)) {
+        parser_error_expected(p, "a file's name in double quotes", NULL);
+        return 0;
+    }
+    NodeId path = parse_string(p);
+    if (parser_at_keyword(p, KEYWORD_AS) && p->next.kind != TOKEN_ASSIGN) {
+        parser_advance(p);
+        if (!take_name(p, "a name", NULL, &name, &at)) {
+            return 0;
+        }
+    }
+    return parser_node(p, NODE_INCLUDE, 0, lo, path, name);
+}
+
+// "assert" expr [ "," expr ]
+static NodeId parse_assert(Parser *p) {
+    uint32_t lo = p->token.lo;
+    parser_advance(p);
+    NodeId condition = parse_expr(p);
+    NodeId message = parser_accept(p, TOKEN_COMMA) ? parse_expr(p) : 0;
+    return p->is_lost ? 0 : parser_node(p, NODE_ASSERT, 0, lo, condition, message);
+}
+
+// "print" expr { "," expr } | transform expr { "," expr }
+static NodeId parse_values(Parser *p, NodeKind kind, unsigned aux) {
+    uint32_t lo = p->token.lo, n = 0;
+    size_t base = p->n_stack;
+    parser_advance(p);
+    do {
+        parser_push(p, parse_expr(p));
+        n++;
+    } while (parser_accept(p, TOKEN_COMMA));
+    ExtraId extra = parser_pop_to_extra(p, base);
+    return p->is_lost ? 0 : parser_node(p, kind, aux, lo, extra, n);
+}
+
+// "sim" NAME NAME block | "joint" NAME NAME block
+static NodeId parse_sim(Parser *p, NodeKind kind) {
+    uint32_t lo = p->token.lo, words[5];
+    parser_advance(p);
+    const char *hint = kind == NODE_SIM ? "write sim rigid Name { ... } or sim state Name { ... }"
+                                        : "write joint hinge Name { ... }";
+    if (!take_name(p, "the kind and a name", hint, &words[0], &words[1]) ||
+        !take_name(p, "a name", hint, &words[2], &words[3])) {
+        return 0;
+    }
+    words[4] = parse_block(p);
+    return words[4] ? parser_node(p, kind, 0, lo, words_to_extra(p, words, 5), 0) : 0;
+}
+
+// NAME "=" expr | NAME "'" "=" expr
+static NodeId parse_property(Parser *p, NodeKind kind) {
+    Token name = p->token;
+    parser_advance(p);
+    if (kind == NODE_RATE) {
+        parser_advance(p);
+    }
+    NodeId value = parser_expect(p, TOKEN_ASSIGN, 0) ? parse_expr(p) : 0;
+    return value ? parser_node(p, kind, 0, name.lo, name.symbol, value) : 0;
+}
+
+// path = NAME { "." NAME } .
+static NodeId parse_path(Parser *p) {
+    uint32_t lo = p->token.lo;
+    NodeId path = parser_node(p, NODE_NAME, 0, lo, p->token.symbol, 0);
+    parser_advance(p);
+    for (unsigned depth = 1; parser_accept(p, TOKEN_DOT); depth++) {
+        Symbol name;
+        uint32_t at;
+        if (!take_name(p, "a name", NULL, &name, &at)) {
+            return 0;
+        }
+        if (depth == PARSE_MAX_NESTING) {
+            parser_error(p, (Span){lo, p->last_hi}, NULL, "path has over %d parts",
+                         PARSE_MAX_NESTING);
+        }
+        path = parser_node(p, NODE_MEMBER, 0, lo, path, name);
+    }
+    return path;
+}
+
+// Words of other languages for statements of this one, and words that are nearly one's; false: none.
+static bool hint_word(const char *word, char *hint, size_t size) {
+    static const struct {
+        const char *word, *hint;
+    } others[] = {
+        {"var", "write let"},
+        {"const", "write let"},
+        {"float", "write let"},
+        {"int", "write let"},
+        {"declare", "write let"},
+        {"func", "write fn f(x) = ..."},
+        {"function", "write fn f(x) = ..."},
+        {"macro", "write fn for values, def for shapes"},
+        {"import", "write include \"file.st4\""},
+        {"while", "there is no while: write for i in 0..9 { ... }"},
+        {"object", "write the name of the def: Name { ... }"},
+        {"return", "a function's body is one expression: fn f(x) = ..."},
+    };
+    static const char *const words[] = {
+#define KEYWORD(id, text) text,
+#include "lang/keywords.def"
+#undef KEYWORD
+    };
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
+        if (strcmp(others[i].word, word) == 0) {
+            snprintf(hint, size, "%s", others[i].hint);
+            return true;
+        }
+    }
+    const char *near = diag_nearest(word, words, KEYWORD_LAST_STATEMENT);
+    if (near) {
+        snprintf(hint, size, "did you mean '%s'?", near);
+    }
+    return near;
+}
+
+static bool begins_value(TokenKind kind) {
+    return kind == TOKEN_NUMBER || kind == TOKEN_STRING || kind == TOKEN_NAME || kind == TOKEN_LT ||
+           kind == TOKEN_LBRACKET || kind == TOKEN_LPAREN || kind == TOKEN_MINUS;
+}
+
+static const char comparison_in_vector[] =
+    "a comparison inside a vector needs brackets: <1, (a > b), 2>";
+
+// The block of a node is missing. `first` is the path's first name; is_labelled: so are its
+// label or arguments there.
+static void report_no_block(Parser *p, Token first, bool is_dotted, bool is_labelled) {
+    char hint[160] = "";
+    TokenKind kind = p->token.kind;
+    bool is_same_line = !p->token.newline;
+    if (first.lo > p->vector_end && p->vector_end && !first.newline &&
+        (kind == TOKEN_GT || kind == TOKEN_COMMA || kind == TOKEN_PLUS)) {
+        snprintf(hint, sizeof hint, "%s", comparison_in_vector);
+    } else if (!is_same_line && kind == TOKEN_NAME && !is_labelled &&
+               (p->next.kind == TOKEN_LBRACE || p->next.kind == TOKEN_LBRACKET)) {
+        snprintf(hint, sizeof hint, "a label stands on the line of what it labels");
+    } else if (!is_same_line && kind == TOKEN_LPAREN) {
+        snprintf(hint, sizeof hint, "the '(' stands on the line of the name before it");
+    } else if (kind == TOKEN_ASSIGN && is_dotted) {
+        snprintf(hint, sizeof hint, "a property is set in its node's block: film { fps = 24 }");
+    } else if (is_same_line &&
+               hint_word(symbol_text(p->symbols, first.symbol), hint, sizeof hint)) {
+    } else if (kind == TOKEN_COLON || (is_same_line && begins_value(kind) && !is_labelled)) {
+        snprintf(hint, sizeof hint, "to set a property, write %.40s = ...",
+                 symbol_text(p->symbols, first.symbol));
+    }
+    const char *what = is_labelled || is_dotted ? "'{'" : "'=' or '{'";
+    parser_error_expected(p, what, hint[0] ? hint : NULL);
+}
+
+// [ "instance" ] path [ args ] [ label ] block      label = NAME [ "[" expr "]" ] .
+static NodeId parse_object(Parser *p) {
+    uint32_t words[7] = {0};
+    enum { IS_INSTANCE, PATH, ARGS, LABEL, LABEL_AT, LABEL_INDEX, BLOCK, N_WORDS };
+    uint32_t lo = p->token.lo;
+    if (parser_at_keyword(p, KEYWORD_INSTANCE) && p->next.kind == TOKEN_NAME && !p->next.newline) {
+        words[IS_INSTANCE] = 1;
+        parser_advance(p);
+    }
+    Token first = p->token;
+    words[PATH] = parse_path(p);
+    bool is_dotted = p->last_lo != first.lo;
+    if (parser_at(p, TOKEN_LPAREN) && !p->token.newline) {
+        words[ARGS] = parse_args(p);
+    }
+    if (!p->is_lost && parser_at(p, TOKEN_NAME) && !p->token.newline) {
+        words[LABEL] = p->token.symbol;
+        words[LABEL_AT] = p->token.lo;
+        parser_advance(p);
+        if (parser_at(p, TOKEN_LBRACKET) && !p->token.newline) {
+            words[LABEL_INDEX] = parse_index(p);
+        }
+    }
+    if (!p->is_lost && !parser_at(p, TOKEN_LBRACE)) {
+        report_no_block(p, first, is_dotted || words[IS_INSTANCE], words[LABEL] || words[ARGS]);
+    }
+    words[BLOCK] = parse_block(p);
+    if (!words[BLOCK]) {
+        return 0;
+    }
+    return parser_node(p, NODE_OBJECT, 0, lo, words_to_extra(p, words, N_WORDS), 0);
+}
+
+// Something stands where a statement should begin; less_at is of the statement before.
+static void report_no_statement(Parser *p, uint32_t less_at) {
+    TokenKind kind = p->token.kind;
+    const char *hint = NULL;
+    bool follows_vector = p->vector_end && p->vector_end == p->last_hi && !p->token.newline;
+    if (kind == TOKEN_COMMA && less_at) {
+        hint = "'<' after a value compares: a vector as an argument needs brackets, n(<p, q>)";
+    } else if (kind == TOKEN_COMMA) {
+        hint = "statements are not separated by commas";
+    } else if (follows_vector && kind == TOKEN_NUMBER) {
+        hint = comparison_in_vector;
+    } else if (kind == TOKEN_MINUS ||
+               ((kind == TOKEN_LPAREN || kind == TOKEN_LBRACKET) && p->token.newline)) {
+        hint = "to go on with the line above, end that with an operator";
+    } else if (begins_value(kind) || kind == TOKEN_COLON) {
+        hint = "properties are written name = value";
+    } else if (kind == TOKEN_LBRACE) {
+        hint = "a block belongs to a node: group { ... }";
+    } else if (kind == TOKEN_ASSIGN) {
+        hint = "a name stands on the left of '='";
+    }
+    char text[40];
+    int n = p->token.hi - p->token.lo < 32 ? (int)(p->token.hi - p->token.lo) : 32;
+    snprintf(text, sizeof text, "%.*s", n, parser_text(p, p->token.lo));
+    parser_error(p, parser_span(p->token), hint, "expected a statement, found %s%s%s",
+                 kind == TOKEN_STRING ? "a string" : "'", kind == TOKEN_STRING ? "" : text,
+                 kind == TOKEN_STRING ? "" : "'");
+}
+
+static NodeId parse_named_statement(Parser *p) {
+    switch (p->token.symbol) {
+    case KEYWORD_LET:
+        return parse_let(p, NODE_LET);
+    case KEYWORD_PARAM:
+        return parse_let(p, NODE_PARAM);
+    case KEYWORD_CLIP:
+        return parse_let(p, NODE_CLIP);
+    case KEYWORD_FN:
+        return parse_fn(p);
+    case KEYWORD_DEF:
+        return parse_def(p);
+    case KEYWORD_FOR:
+        return parse_for(p);
+    case KEYWORD_IF:
+        return parse_if(p);
+    case KEYWORD_WHEN:
+        return parse_when(p);
+    case KEYWORD_INCLUDE:
+        return parse_include(p);
+    case KEYWORD_ASSERT:
+        return parse_assert(p);
+    case KEYWORD_PRINT:
+        return parse_values(p, NODE_PRINT, 0);
+    case KEYWORD_TRANSLATE:
+        return parse_values(p, NODE_TRANSFORM, TRANSFORM_TRANSLATE);
+    case KEYWORD_SCALE:
+        return parse_values(p, NODE_TRANSFORM, TRANSFORM_SCALE);
+    case KEYWORD_ROTATE:
+        return parse_values(p, NODE_TRANSFORM, TRANSFORM_ROTATE);
+    case KEYWORD_MATRIX:
+        return parse_values(p, NODE_TRANSFORM, TRANSFORM_MATRIX);
+    case KEYWORD_SIM:
+        return parse_sim(p, NODE_SIM);
+    case KEYWORD_JOINT:
+        return parse_sim(p, NODE_JOINT);
+    case KEYWORD_ELSE:
+        parser_error(p, parser_span(p->token), "else follows the '}' of an if",
+                     "'else' without an 'if'");
+        return 0;
+    case KEYWORD_ST4:
+        if (p->next.kind == TOKEN_NUMBER) {
+            parser_error(p, parser_span(p->token), "write it before everything else",
+                         "the language's version is not at the beginning of the file");
+            return 0;
+        }
+        return parse_object(p);
+    default:
+        return parse_object(p);
+    }
+}
+
+// Bytes before offset on its line.
+static uint32_t indent_of(const Parser *p, uint32_t offset) {
+    const SourceFile *file = p->syntax->file;
+    const char *at = parser_text(p, offset), *start = at;
+    while (start > file->text && start[-1] != '\n') {
+        start--;
+    }
+    return (uint32_t)(at - start);
+}
+
+// Skips to what surely is the next statement: a name that begins a line no further right than
+// this statement did, or, with all brackets closed, `name =` or a line that begins with a name.
+static void skip_statement(Parser *p, Token first, unsigned braces) {
+    uint32_t indent = indent_of(p, first.lo);
+    unsigned keys_braces = p->n_braces > braces ? p->n_braces - braces : 0;
+    unsigned brackets = p->lost_brackets > keys_braces ? p->lost_brackets - keys_braces : 0;
+    if (p->token.lo == first.lo && !parser_at(p, TOKEN_RBRACE)) {
+        parser_advance(p);
+    }
+    for (; !parser_at(p, TOKEN_END); parser_advance(p)) {
+        TokenKind kind = p->token.kind, next = p->next.kind;
+        bool is_line = kind == TOKEN_NAME && p->token.newline;
+        if (is_line && indent_of(p, p->token.lo) <= indent) {
+            p->n_braces = braces;
+            return;
+        }
+        if (kind == TOKEN_LPAREN || kind == TOKEN_LBRACKET) {
+            brackets++;
+        } else if ((kind == TOKEN_RPAREN || kind == TOKEN_RBRACKET) && brackets) {
+            brackets--;
+        }
+        if (p->n_braces > braces) {
+            continue;
+        }
+        bool is_open =
+            next == TOKEN_LBRACE || next == TOKEN_PRIME || next == TOKEN_DOT || begins_value(next);
+        if (kind == TOKEN_RBRACE || kind == TOKEN_SEMICOLON ||
+            (kind == TOKEN_NAME && !brackets && (next == TOKEN_ASSIGN || (is_line && is_open)))) {
+            return;
+        }
+    }
+}
+
+// stmt, or 0 after an error; then the parser stands at the next one.
+static NodeId parse_statement(Parser *p) {
+    Token first = p->token;
+    unsigned braces = p->n_braces, nesting = p->nesting;
+    size_t base = p->n_stack;
+    uint32_t less_at = p->less_at;
+    NodeId node = 0;
+    diag_next_statement(p->diag);
+    p->less_at = 0;
+    p->n_brackets = 0;
+    if (first.kind != TOKEN_NAME) {
+        report_no_statement(p, less_at);
+    } else if (p->next.kind == TOKEN_ASSIGN) {
+        node = parse_property(p, NODE_PROPERTY);
+    } else if (p->next.kind == TOKEN_PRIME) {
+        node = parse_property(p, NODE_RATE);
+    } else {
+        node = parse_named_statement(p);
+    }
+    if (p->is_lost) {
+        skip_statement(p, first, braces);
+        p->is_lost = false;
+        p->n_stack = base;
+        p->nesting = nesting;
+        node = 0;
+    }
+    return node;
+}
+
+// { stmt } until '}' or the end
+static uint32_t parse_statements(Parser *p) {
+    size_t base = p->n_stack;
+    while (!parser_at(p, TOKEN_RBRACE) && !parser_at(p, TOKEN_END)) {
+        if (parser_accept(p, TOKEN_SEMICOLON)) {
+            continue;
+        }
+        NodeId statement = parse_statement(p);
+        if (statement) {
+            parser_push(p, statement);
+        }
+    }
+    return (uint32_t)(p->n_stack - base);
+}
+
+// block = "{" { stmt } "}" .
+static NodeId parse_block(Parser *p) {
+    uint32_t lo = p->token.lo;
+    if (!parser_expect(p, TOKEN_LBRACE, 0) || !parser_enter(p)) {
+        return 0;
+    }
+    size_t base = p->n_stack;
+    uint32_t n = parse_statements(p);
+    ExtraId extra = parser_pop_to_extra(p, base);
+    parser_leave(p);
+    diag_next_statement(p->diag);
+    p->n_brackets = 0;
+    if (parser_at(p, TOKEN_END) && p->is_cut) {
+        p->is_lost = true; // the innermost open block has been reported
+        return 0;
+    }
+    p->is_cut = parser_at(p, TOKEN_END);
+    return parser_expect(p, TOKEN_RBRACE, lo) ? parser_node(p, NODE_BLOCK, 0, lo, extra, n) : 0;
+}
+
+// [ "st4" NUMBER ]
+static void parse_version(Parser *p) {
+    if (!parser_at_keyword(p, KEYWORD_ST4) || p->next.kind != TOKEN_NUMBER) {
+        return;
+    }
+    parser_advance(p);
+    p->syntax->version = p->token.number;
+    if (p->token.number != 1 || p->token.unit) {
+        diag_error(p->diag, parser_span(p->token), "write st4 1",
+                   "unknown version of the language: this program knows version 1");
+        p->syntax->has_errors = true;
+    }
+    parser_advance(p);
+}
+
+// file = [ "st4" NUMBER ] { stmt } .
+Syntax *syntax_parse(Arena *arena, Symbols *symbols, const SourceFile *file, Diag *diag) {
+    Parser parser, *p = &parser;
+    parser_init(p, arena, symbols, file, diag);
+    parse_version(p);
+    uint32_t n = parse_statements(p);
+    while (parser_at(p, TOKEN_RBRACE)) {
+        diag_next_statement(diag);
+        parser_error(p, parser_span(p->token), NULL, "'}' without a '{'");
+        p->is_lost = false;
+        parser_advance(p);
+        n += parse_statements(p);
+    }
+    diag_next_statement(diag);
+    ExtraId extra = parser_pop_to_extra(p, 0);
+    p->syntax->root = parser_node(p, NODE_BLOCK, 0, file->base, extra, n);
+    return p->syntax;
+}
+
+NodeId syntax_parse_expr(Arena *arena, Symbols *symbols, const SourceFile *file, Diag *diag,
+                         Syntax **syntax) {
+    Parser parser, *p = &parser;
+    parser_init(p, arena, symbols, file, diag);
+    // There is no next line's statement to be taken for a value or an operator.
+    p->n_brackets = 1;
+    NodeId node = parse_expr(p);
+    if (node && !parser_at(p, TOKEN_END)) {
+        parser_error_expected(p, "the end of the expression", NULL);
+    }
+    diag_next_statement(diag);
+    *syntax = p->syntax;
+    p->syntax->root = p->syntax->has_errors ? 0 : node;
+    return p->syntax->root;
+}

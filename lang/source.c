@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Source files: one space of offsets, and lines found by a sparse count of line ends.
+#include "lang/source.h"
+
+#include <string.h>
+
+// A line number costs a look-up and at most this many characters to scan.
+enum { LINE_BLOCK = 1024 };
+
+// So many NULs follow the text: who reads a few characters ahead needs no test for the end.
+enum { TEXT_PADDING = 8 };
+
+static const uint32_t *count_lines(Arena *arena, const char *text, size_t size) {
+    uint32_t *counts = ARENA_ARRAY(arena, size / LINE_BLOCK + 1, uint32_t);
+    uint32_t lines = 0;
+    for (size_t i = 0; i < size; i++) {
+        if (i % LINE_BLOCK == 0) {
+            counts[i / LINE_BLOCK] = lines;
+        }
+        lines += text[i] == '\n';
+    }
+    if (size % LINE_BLOCK == 0) {
+        counts[size / LINE_BLOCK] = lines;
+    }
+    return counts;
+}
+
+const SourceFile *source_add(Sources *sources, const char *path, const char *text, size_t size,
+                             Span included_from) {
+    uint32_t base = sources->end ? sources->end : 1;
+    if (size >= UINT32_MAX - 16 - base) {
+        return NULL;
+    }
+    char *copy = arena_alloc(sources->arena, size + TEXT_PADDING);
+    if (size) {
+        memcpy(copy, text, size);
+    }
+    sources->files = arena_grow(sources->arena, sources->files, sources->n_files,
+                                &sources->capacity, sizeof *sources->files);
+    SourceFile *file = &sources->files[sources->n_files++];
+    *file = (SourceFile){
+        .path = arena_string(sources->arena, path, strlen(path)),
+        .text = copy,
+        .base = base,
+        .size = (uint32_t)size,
+        .included_from = included_from,
+        .lines = count_lines(sources->arena, copy, size),
+    };
+    sources->end = base + (uint32_t)size + 1;
+    return file;
+}
+
+const SourceFile *source_of(const Sources *sources, uint32_t offset) {
+    size_t lo = 0, hi = sources->n_files;
+    while (lo < hi) {
+        size_t middle = lo + (hi - lo) / 2;
+        const SourceFile *file = &sources->files[middle];
+        if (offset < file->base) {
+            hi = middle;
+        } else if (offset > file->base + file->size) {
+            lo = middle + 1;
+        } else {
+            return file;
+        }
+    }
+    return NULL;
+}
+
+SourcePlace source_place(const Sources *sources, uint32_t offset) {
+    const SourceFile *file = source_of(sources, offset);
+    if (!file) {
+        return (SourcePlace){0};
+    }
+    uint32_t at = offset - file->base, start = at;
+    uint32_t line = file->lines[at / LINE_BLOCK] + 1;
+    for (uint32_t i = at - at % LINE_BLOCK; i < at; i++) {
+        line += file->text[i] == '\n';
+    }
+    while (start && file->text[start - 1] != '\n') {
+        start--;
+    }
+    uint32_t column = 1;
+    for (uint32_t i = start; i < at; i++) {
+        // Bytes 10xxxxxx go on with a character.
+        column += ((unsigned char)file->text[i] & 0xc0) != 0x80;
+    }
+    return (SourcePlace){file, line, column};
+}
