@@ -7,19 +7,18 @@
 enum { HELP_WIDTH = 80, HELP_COLUMN = 26 };
 
 // Prints text from column HELP_COLUMN on, broken between words.
-static void print_wrapped(FILE *out, int column, const char *text) {
-    while (*text) {
+static void print_wrapped(FILE *out, const char *text) {
+    int column = HELP_COLUMN;
+    for (const char *before = ""; *text; before = " ") {
         int length = (int)strcspn(text, " ");
-        if (column + length > HELP_WIDTH) {
+        if (column + 1 + length > HELP_WIDTH) {
             fprintf(out, "\n%*s", HELP_COLUMN, "");
             column = HELP_COLUMN;
+            before = "";
         }
-        column += fprintf(out, "%.*s", length, text);
+        column += fprintf(out, "%s%.*s", before, length, text);
         text += length;
-        if (*text == ' ') {
-            column += fprintf(out, " ");
-            text++;
-        }
+        text += strspn(text, " ");
     }
     fputc('\n', out);
 }
@@ -31,7 +30,7 @@ static void print_entry(FILE *out, const char *left, const char *help) {
         column = 0;
     }
     fprintf(out, "%*s", HELP_COLUMN - column, "");
-    print_wrapped(out, HELP_COLUMN, help);
+    print_wrapped(out, help);
 }
 
 static void print_option(FILE *out, const OptionInfo *info) {
@@ -49,8 +48,8 @@ static void print_option(FILE *out, const OptionInfo *info) {
 
 static void print_commands(FILE *out) {
     fputs("usage: st4 [COMMAND] [OPTIONS] OPERANDS\n\n"
-          "Renders scenes over continuous time: what moves while the shutter is open, blurs.\n"
-          "'st4 SCENE' is short for 'st4 render SCENE'; a SCENE of '-' is read from standard "
+          "Renders scenes over continuous time: what moves while the shutter is open blurs.\n"
+          "'st4 SCENE' is short for 'st4 render SCENE'; '-' reads the scene from standard\n"
           "input.\n\nCommands:\n",
           out);
     for (int i = 0; i < COMMAND_COUNT; i++) {

@@ -121,7 +121,7 @@ static void options_refuses(void **state) {
         {"a.st4 --progress bra", "--progress: 'bra' is none of bar|json|none; did you mean 'bar'?"},
         {"a.st4 --quiet=yes", "--quiet takes no argument"},
         {"a.st4 -f 3-1", "--frames: 3-1 runs backwards"},
-        {"a.st4 --out=", "--out: the argument is empty"},
+        {"a.st4 --stats=", "--stats: the argument is empty"},
         {"check a.st4 -o b.exr", "'st4 check' takes no --out"},
         {"compare a.exr b.exr -D x=1", "'st4 compare' takes no -D"},
     };

@@ -21,14 +21,15 @@ test_help_names_every_command() {
     expect 0 "$ST4" help
     for command in render check info compare help; do
         has "$out" "  $command "
-        "$ST4" help $command | grep -q "^usage: st4 $command" || fail "no help for $command"
+        [ $command = help ] || "$ST4" help $command | grep -q "^usage: st4 $command" ||
+            fail "no help for $command"
         "$ST4" $command --help | cmp -s - <("$ST4" help $command) || fail "$command --help differs"
     done
     expect 2 "$ST4" help rendr
     has "$err" "did you mean 'render'?"
     expect 2 "$ST4"
     has "$err" 'usage: st4'
-    "$ST4" help | awk 'length($0) > 80 { exit 1 }' || fail 'help is wider than 80 columns'
+    "$ST4" help | awk 'length($0) > 80 || / $/ { exit 1 }' || fail 'help is wider than 80 columns'
 }
 
 test_usage_errors_have_status_2() {
