@@ -17,7 +17,7 @@
 
 typedef MeshStatus Reader(Arena *arena, MeshText *text, Mesh *mesh);
 
-static const MeshChildLimits child_limits = {.memory = (size_t)4 << 30, .seconds = 60};
+static const MeshChildLimits child_limits = {.memory = (size_t)4 << 30, .seconds = 60, .wait = 120};
 
 static MeshStatus fail(char *message, size_t n, const char *why) {
     snprintf(message, n, "%s", why);

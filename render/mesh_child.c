@@ -126,7 +126,7 @@ static bool start(Child *child, MeshChildBody *body, const void *argument,
     if (pipe(ends) != 0) {
         return false;
     }
-    child->deadline = now() + 2.0 * limits->seconds;
+    child->deadline = now() + limits->wait;
     child->fd = ends[0];
     child->pid = fork();
     if (child->pid == 0) {

@@ -8,7 +8,8 @@
 
 typedef struct {
     size_t memory;    // bytes of address space beyond what the parent has
-    unsigned seconds; // of processor time; of waiting twice as many
+    unsigned seconds; // of processor time
+    double wait;      // seconds that the parent waits for the whole
 } MeshChildLimits;
 
 // Runs in the child: sends the mesh to fd. Its return value does not matter.
