@@ -194,17 +194,6 @@ static void refuse(Sender *s, MeshStatus status, const char *sentence) {
     send(s, &s->header, sizeof s->header);
 }
 
-// Assimp's sentence, but for those that need the file's name or the library's terms.
-static void refuse_import(Sender *s, const char *why) {
-    if (strstr(why, "alloc")) {
-        refuse(s, MESH_TOO_LARGE, "it needs more memory than the reader is allowed");
-    } else if (strstr(why, "No suitable reader")) {
-        refuse(s, MESH_BAD_FORMAT, "no reader knows this kind of file");
-    } else {
-        refuse(s, MESH_BAD_FORMAT, why[0] ? why : "damaged, or of no known kind");
-    }
-}
-
 static void send_scene(Sender *s) {
     s->header = (MeshStream){.magic = MESH_STREAM_MAGIC, .has_normal = 1, .has_uv = 1};
     run(s, PASS_COUNT);
@@ -232,7 +221,7 @@ int mesh_assimp_send(const char *path, int fd) {
     s->scene = aiImportFile(path, aiProcess_Triangulate | aiProcess_JoinIdenticalVertices |
                                       aiProcess_SortByPType | aiProcess_ValidateDataStructure);
     if (!s->scene || !s->scene->mRootNode) {
-        refuse_import(s, aiGetErrorString());
+        refuse(s, MESH_BAD_FORMAT, aiGetErrorString());
     } else {
         send_scene(s);
     }

@@ -35,4 +35,31 @@ static inline double instant_seconds(Instant at, double fps) {
     return ((double)at.frame + at.frac) / fps;
 }
 
+// Part of a cell in which a shutter is open: [lo, hi] in frame periods, 0 <= lo <= hi <= 1; equal
+// only where the shutter is open for an instant.
+typedef struct {
+    int64_t frame;
+    double lo, hi;
+} Opening;
+
+// A shutter of any length; its openings, one in each cell that it reaches, are worked out on demand.
+typedef struct {
+    Instant start;
+    double length;      // frame periods
+    uint64_t n_cells;   // >= 1
+} ShutterSpan;
+
+// The shutter of film frame `number`, by its settings (render/scene.h) in frame periods.
+static inline ShutterSpan shutter_span(int64_t number, double open, double length) {
+    Instant start = instant_at(number - 1, open);
+    double end = start.frac + length, whole = ceil(end);
+    return (ShutterSpan){start, length, whole > 1 ? (uint64_t)whole : 1};
+}
+
+static inline Opening shutter_opening(const ShutterSpan *span, uint64_t i) {
+    double end = span->start.frac + span->length - (double)i;
+    return (Opening){span->start.frame + (int64_t)i, i == 0 ? span->start.frac : 0,
+                     end < 1 ? end : 1};
+}
+
 #endif

@@ -1,0 +1,445 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bodies and forms from shapes: what is shared, what is merged, what is baked.
+#include "render/assemble.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+
+// Where a shape says nothing.
+static const double DEFAULT_TOLERANCE = 0.25;
+
+typedef struct {
+    Arena *arena;
+    const Scene *scene;
+    const RenderOptions *options;
+    const Reporter *reporter;
+    Assembly *out;
+    // Still meshes by (mesh, smooth): a hash table of indices into forms, plus 1.
+    uint32_t *shared;
+    size_t shared_size;
+    MoverPart *baked_movers;
+    BodyPart *baked;
+    size_t n_baked, movers_capacity, baked_capacity;
+} Work;
+
+double seconds_now(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+double film_first_seconds(const Scene *scene) {
+    return instant_seconds((Instant){scene->film.first_frame - 1, 0}, scene->film.fps);
+}
+
+void report_warning(const Reporter *reporter, SourceRef where, const char *name, const char *format,
+                    ...) {
+    char message[512];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(message, sizeof message, format, args);
+    va_end(args);
+    if (reporter && reporter->emit) {
+        reporter->emit(reporter->context, where, name, message);
+    }
+}
+
+static const double *loops_of(const Shape *shape, uint32_t instance) {
+    return shape->n_loops ? shape->loops + (size_t)instance * shape->n_loops : NULL;
+}
+
+static Bounds rest_bounds(const Mesh *mesh) {
+    Bounds b = bounds_empty();
+    for (size_t i = 0; i < mesh->n_vertices; i++) {
+        const double *p = &mesh->position[3 * i];
+        b = bounds_add(b, vec3(p[0], p[1], p[2]));
+    }
+    return b;
+}
+
+// Triangles without area in the rest pose. Those with just two corners at one place, as at the poles
+// of a surface, leave no hole and count only where no triangle has area.
+static void report_degenerate(Work *w, const Shape *shape) {
+    const Mesh *mesh = shape->mesh;
+    uint32_t n_flat = 0, n_poles = 0;
+    for (size_t f = 0; f < mesh->n_triangles; f++) {
+        Vec3 p[3];
+        for (int k = 0; k < 3; k++) {
+            const double *x = &mesh->position[3 * (size_t)mesh->index[3 * f + k]];
+            p[k] = vec3(x[0], x[1], x[2]);
+        }
+        Vec3 a = vec3_sub(p[1], p[0]), b = vec3_sub(p[2], p[0]), c = vec3_sub(p[2], p[1]);
+        if (vec3_length(vec3_cross(a, b)) == 0) {
+            int n_zero = (vec3_dot(a, a) == 0) + (vec3_dot(b, b) == 0) + (vec3_dot(c, c) == 0);
+            n_poles += n_zero == 1;
+            n_flat += n_zero != 1;
+        }
+    }
+    n_flat = n_flat + n_poles == mesh->n_triangles ? mesh->n_triangles : n_flat;
+    if (n_flat > 0) {
+        report_warning(w->reporter, shape->where, "degenerate",
+                       "%u of the %u triangles of %s have no area and are not seen", n_flat,
+                       mesh->n_triangles, shape->label);
+    }
+}
+
+static Form *add_form(Work *w) {
+    Assembly *out = w->out;
+    out->forms =
+        arena_grow(w->arena, out->forms, out->n_forms, &out->forms_capacity, sizeof *out->forms);
+    Form *form = ARENA_NEW(w->arena, Form);
+    out->forms[out->n_forms++] = form;
+    return form;
+}
+
+static Body *add_body(Work *w, Body body) {
+    Assembly *out = w->out;
+    if (body.form) {
+        out->bodies =
+            arena_grow(w->arena, out->bodies, out->n_bodies, &out->bodies_capacity, sizeof body);
+        out->bodies[out->n_bodies] = body;
+        return &out->bodies[out->n_bodies++];
+    }
+    out->planes =
+        arena_grow(w->arena, out->planes, out->n_planes, &out->planes_capacity, sizeof body);
+    out->planes[out->n_planes] = body;
+    return &out->planes[out->n_planes++];
+}
+
+static double tolerance_of(const Work *w, const Shape *shape) {
+    if (w->options->tolerance > 0) {
+        return w->options->tolerance;
+    }
+    return shape->tolerance > 0 ? shape->tolerance : DEFAULT_TOLERANCE;
+}
+
+// The parts of a sampler that do not depend on the kind of shape. Instances [first, first + n) stand
+// in the form.
+static void prepare(Work *w, Form *form, const Shape *shape, uint32_t first, uint32_t n,
+                    bool is_in_world) {
+    Sampler *s = &form->sampler;
+    form->shape = shape;
+    form->moves = mover_moves(&s->all);
+    s->scene = w->scene;
+    s->tolerance = tolerance_of(w, shape);
+    s->samples = shape->samples;
+    if (!form->moves) {
+        return;
+    }
+    s->probe = sample_choose(w->arena, &s->all, film_first_seconds(w->scene));
+    form->report.evaluations += s->probe.n < s->all.n ? s->all.n : 0;
+    SampleView *views = ARENA_ARRAY(w->arena, n, SampleView);
+    for (uint32_t i = 0; i < n; i++) {
+        views[i] = (SampleView){shape, shape->transform, loops_of(shape, first + i)};
+    }
+    if (is_in_world) {
+        views[0].transform = NULL;
+    }
+    s->views = views;
+    s->n_views = is_in_world ? 1 : n;
+    if (shape->breaks) {
+        SampleBreaks *breaks = ARENA_NEW(w->arena, SampleBreaks);
+        *breaks = (SampleBreaks){shape, loops_of(shape, first)};
+        s->breaks = breaks;
+        s->n_breaks = 1;
+    }
+}
+
+static Mover mover_of(Work *w, MoverPart part, uint32_t width) {
+    Mover mover = {ARENA_NEW(w->arena, MoverPart), 1, width, part.n};
+    mover.parts[0] = part;
+    return mover;
+}
+
+static Form *mesh_form(Work *w, const Shape *shape, uint32_t first, uint32_t n) {
+    Form *form = add_form(w);
+    form->kind = GEOMETRY_TRIANGLES;
+    form->n_prims = shape->mesh->n_triangles;
+    form->index = shape->mesh->index;
+    form->smoothing = smoothing_new(w->arena, shape->mesh, shape->smooth, shape->vertex != NULL);
+    form->sampler.all = mover_of(w, mover_mesh(w->arena, shape, first), 3);
+    Bounds rest = rest_bounds(shape->mesh);
+    form->sampler.frame = frame_from_box(rest.lo, rest.hi);
+    prepare(w, form, shape, first, n, false);
+    return form;
+}
+
+static size_t hash_pointer(const void *p, double smooth) {
+    uint64_t bits;
+    memcpy(&bits, &smooth, sizeof bits);
+    return (size_t)((((uintptr_t)p >> 4) ^ bits) * 0x9e3779b97f4a7c15u >> 20);
+}
+
+// The form of a mesh that keeps its rest pose, shared by all shapes that show the same one.
+static Form *still_form(Work *w, const Shape *shape) {
+    size_t i = hash_pointer(shape->mesh, shape->smooth) % w->shared_size;
+    for (; w->shared[i]; i = (i + 1) % w->shared_size) {
+        Form *form = w->out->forms[w->shared[i] - 1];
+        if (form->shape->mesh == shape->mesh && form->shape->smooth == shape->smooth) {
+            return form;
+        }
+    }
+    Form *form = mesh_form(w, shape, 0, shape->n_instances);
+    w->shared[i] = w->out->n_forms;
+    return form;
+}
+
+static MoverPart sphere_part(const Shape *shape, uint32_t instance) {
+    MoverPart part = {.n = 1, .points = shape->geometry};
+    mover_set_loops(&part.in, shape, instance);
+    return part;
+}
+
+static Form *sphere_form(Work *w, const Shape *shape, MoverPart part, uint32_t first, uint32_t n,
+                         bool is_in_world) {
+    Form *form = add_form(w);
+    form->kind = GEOMETRY_SPHERES;
+    form->n_prims = (uint32_t)part.n;
+    form->sampler.all = mover_of(w, part, 4);
+    Bounds rest = mover_bounds(&form->sampler.all, film_first_seconds(w->scene));
+    form->sampler.frame = frame_from_box(rest.lo, rest.hi);
+    prepare(w, form, shape, first, n, is_in_world);
+    return form;
+}
+
+static bool is_visible(const Shape *shape, uint32_t instance) {
+    if (!shape->visible || program_reads_time(shape->visible)) {
+        return true;
+    }
+    double in[IN_COUNT], seen;
+    shape_inputs(shape, loops_of(shape, instance), 0, in);
+    program_run1(shape->visible, in, &seen);
+    return seen != 0 && !isnan(seen);
+}
+
+// All instances as one set of spheres in the world.
+static void add_sphere_set(Work *w, const Shape *shape, uint32_t object) {
+    uint32_t *instances = ARENA_ARRAY(w->arena, shape->n_instances, uint32_t), n = 0;
+    for (uint32_t i = 0; i < shape->n_instances; i++) {
+        if (is_visible(shape, i)) {
+            instances[n++] = i;
+        }
+    }
+    MoverPart part = {.n = n, .points = shape->geometry, .transform = shape->transform};
+    for (uint32_t k = 0; k < shape->n_loops; k++) {
+        double *values = ARENA_ARRAY(w->arena, n, double);
+        for (uint32_t i = 0; i < n; i++) {
+            values[i] = shape->loops[(size_t)instances[i] * shape->n_loops + k];
+        }
+        part.in.at[IN_LOOP0 + k] = values;
+        part.in.varying |= 1u << (IN_LOOP0 + k);
+    }
+    if (n > 0) {
+        Form *form = sphere_form(w, shape, part, 0, 1, true);
+        add_body(w, (Body){.shape = shape,
+                           .object = object,
+                           .form = form,
+                           .is_in_world = true,
+                           .loops = loops_of(shape, 0),
+                           .instances = instances});
+    }
+}
+
+// A blinking shape is not part of the common tree: it must come and go.
+static bool is_baked(const Work *w, const Shape *shape) {
+    return shape->kind == SHAPE_MESH && (shape->bake || w->options->bake) &&
+           !program_reads_time(shape->visible);
+}
+
+static void bake_instance(Work *w, const Shape *shape, uint32_t instance, uint32_t object,
+                          const Smoothing *smoothing) {
+    MoverPart mover = mover_mesh(w->arena, shape, instance);
+    mover.transform = shape->transform;
+    BodyPart part = {shape, instance, object, 0, 0, *smoothing};
+    w->baked_movers =
+        arena_grow(w->arena, w->baked_movers, w->n_baked, &w->movers_capacity, sizeof mover);
+    w->baked = arena_grow(w->arena, w->baked, w->n_baked, &w->baked_capacity, sizeof part);
+    w->baked_movers[w->n_baked] = mover;
+    w->baked[w->n_baked++] = part;
+}
+
+static void add_instance(Work *w, const Shape *shape, uint32_t instance, uint32_t object,
+                         Form *form) {
+    Body body = {.shape = shape,
+                 .loops = loops_of(shape, instance),
+                 .instance = instance,
+                 .object = object,
+                 .form = form};
+    body.moves = program_reads_time(shape->transform) || program_reads_time(shape->visible) ||
+                 (!form && program_reads_time(shape->geometry));
+    if (!body.moves) {
+        body.fixed = body_place(&body, 0);
+        if (!body.fixed.is_present) {
+            return;
+        }
+    }
+    add_body(w, body);
+}
+
+static Form *instance_form(Work *w, const Shape *shape, uint32_t instance, uint32_t n) {
+    if (shape->kind == SHAPE_SPHERE) {
+        return sphere_form(w, shape, sphere_part(shape, instance), instance, n, false);
+    }
+    return shape->vertex ? mesh_form(w, shape, instance, n) : still_form(w, shape);
+}
+
+static void add_shape(Work *w, const Shape *shape, uint32_t object) {
+    const Program *points = shape->kind == SHAPE_MESH ? shape->vertex : shape->geometry;
+    bool is_own = program_reads_loops(points), bakes = is_baked(w, shape);
+    if (shape->kind == SHAPE_MESH) {
+        report_degenerate(w, shape);
+        if (shape->mesh->n_triangles == 0) {
+            return;
+        }
+    }
+    if (shape_is_sphere_set(shape)) {
+        add_sphere_set(w, shape, object);
+        return;
+    }
+    Smoothing smoothing =
+        bakes ? smoothing_new(w->arena, shape->mesh, shape->smooth, true) : (Smoothing){0};
+    Form *form = NULL;
+    for (uint32_t i = 0; i < shape->n_instances; i++) {
+        if (!is_visible(shape, i)) {
+            continue;
+        }
+        if (bakes) {
+            bake_instance(w, shape, i, object + i, &smoothing);
+            continue;
+        }
+        if (shape->kind != SHAPE_PLANE && (!form || is_own)) {
+            form = instance_form(w, shape, i, is_own ? 1 : shape->n_instances - i);
+        }
+        add_instance(w, shape, i, object + i, form);
+    }
+}
+
+// The common faces of all baked parts, and which normals they share; faceted ones have none.
+static void join_baked(Work *w, Form *form) {
+    size_t n_prims = 0, n_vertices = 0, n_normals = 0, at = 0;
+    for (size_t i = 0; i < w->n_baked; i++) {
+        w->baked[i].first_prim = (uint32_t)n_prims;
+        w->baked[i].first_vertex = (uint32_t)n_vertices;
+        n_prims += w->baked[i].shape->mesh->n_triangles;
+        n_vertices += w->baked[i].shape->mesh->n_vertices;
+    }
+    uint32_t *index = ARENA_ARRAY(w->arena, 3 * n_prims, uint32_t);
+    uint32_t *normal_index = ARENA_ARRAY(w->arena, 3 * n_prims, uint32_t);
+    for (size_t i = 0; i < w->n_baked; i++) {
+        const BodyPart *part = &w->baked[i];
+        for (size_t k = 0; k < 3 * (size_t)part->shape->mesh->n_triangles; k++, at++) {
+            index[at] = part->first_vertex + part->shape->mesh->index[k];
+            normal_index[at] = part->smoothing.index
+                                   ? (uint32_t)n_normals + part->smoothing.index[k]
+                                   : NORMAL_NONE;
+        }
+        n_normals += part->smoothing.n_normals;
+    }
+    form->n_prims = (uint32_t)n_prims;
+    form->index = index;
+    form->smoothing = (Smoothing){(uint32_t)n_normals, n_normals ? normal_index : NULL, NULL};
+    form->sampler.all = (Mover){w->baked_movers, (uint32_t)w->n_baked, 3, n_vertices};
+}
+
+static void add_baked(Work *w) {
+    if (w->n_baked == 0) {
+        return;
+    }
+    Form *form = add_form(w);
+    form->kind = GEOMETRY_TRIANGLES;
+    join_baked(w, form);
+    Sampler *s = &form->sampler;
+    Bounds rest = mover_bounds(&s->all, film_first_seconds(w->scene));
+    s->frame = frame_from_box(rest.lo, rest.hi);
+    prepare(w, form, w->baked[0].shape, 0, 1, true);
+    SampleBreaks *breaks = ARENA_ARRAY(w->arena, w->n_baked, SampleBreaks);
+    s->n_breaks = 0;
+    for (size_t i = 0; i < w->n_baked; i++) {
+        const Shape *shape = w->baked[i].shape;
+        s->tolerance = fmin(s->tolerance, tolerance_of(w, shape));
+        s->samples = shape->samples > s->samples ? shape->samples : s->samples;
+        if (shape->breaks && (program_reads_loops(shape->breaks) || w->baked[i].instance == 0)) {
+            breaks[s->n_breaks++] = (SampleBreaks){shape, loops_of(shape, w->baked[i].instance)};
+        }
+    }
+    s->breaks = breaks;
+    add_body(w, (Body){.object = w->baked[0].object,
+                       .form = form,
+                       .is_in_world = true,
+                       .parts = w->baked,
+                       .n_parts = (uint32_t)w->n_baked});
+}
+
+Assembly assemble(Arena *arena, const Scene *scene, const RenderOptions *options,
+                  const Reporter *reporter) {
+    Assembly out = {0};
+    Work w = {
+        .arena = arena, .scene = scene, .options = options, .reporter = reporter, .out = &out};
+    w.shared_size = 2 * (size_t)scene->n_shapes + 1;
+    w.shared = ARENA_ARRAY(arena, w.shared_size, uint32_t);
+    for (uint32_t i = 0; i < scene->n_shapes; i++) {
+        add_shape(&w, &scene->shapes[i], out.n_objects);
+        out.n_objects += scene->shapes[i].n_instances;
+    }
+    add_baked(&w);
+    return out;
+}
+
+void assembly_destroy(Assembly *assembly) {
+    for (uint32_t i = 0; i < assembly->n_forms; i++) {
+        form_destroy(assembly->forms[i]);
+    }
+}
+
+static void report_not_finite(const Reporter *reporter, const Form *form) {
+    const char *points = form->kind == GEOMETRY_SPHERES ? "spheres" : "vertices";
+    for (uint32_t k = 0; k < form->geometry.n_keys; k++) {
+        if (form->n_not_finite[k] > 0 && form->moves) {
+            report_warning(reporter, form->shape->where, "not-finite",
+                           "%u of the %u %s of %s are not finite at t = %.9g s and are left out",
+                           form->n_not_finite[k], form->geometry.n_vertices, points,
+                           form->shape->label, form->key_seconds[k]);
+            return;
+        }
+        if (form->n_not_finite[k] > 0) {
+            report_warning(reporter, form->shape->where, "not-finite",
+                           "%u of the %u %s of %s are not finite and are left out",
+                           form->n_not_finite[k], form->geometry.n_vertices, points,
+                           form->shape->label);
+            return;
+        }
+    }
+}
+
+void report_sampling(const Reporter *reporter, const Form *form) {
+    const SampleReport *r = &form->report;
+    const Shape *shape = form->shape;
+    if (form->geometry.n_keys > 0) {
+        report_not_finite(reporter, form);
+    }
+    if (r->has_too_many_breaks) {
+        report_warning(reporter, shape->where, "tolerance-missed",
+                       "the motion of %s jumps more than %d times in a frame; it is sampled at "
+                       "1/%d of a frame and may be off there",
+                       shape->label, SAMPLE_MAX_CUTS, SAMPLE_MAX_CUTS);
+    }
+    if (r->is_missed && form->sampler.samples > 0) {
+        report_warning(reporter, shape->where, "tolerance-missed",
+                       "with samples = %u the motion of %s is off by up to %.3g px (tolerance: "
+                       "%.3g px)",
+                       form->sampler.samples, shape->label, r->error, form->sampler.tolerance);
+    } else if (r->is_missed) {
+        report_warning(
+            reporter, shape->where, "tolerance-missed",
+            "the motion of %s, sampled at 1/%d of a frame, is still off by up to %.3g px "
+            "(tolerance: %.3g px)",
+            shape->label, SAMPLE_MAX_CUTS, r->error, form->sampler.tolerance);
+    }
+    if (r->is_fast_rotation) {
+        report_warning(reporter, shape->where, "fast-rotation",
+                       "with samples = %u %s turns more than a quarter turn between two samples",
+                       form->sampler.samples, shape->label);
+    }
+}

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a scene's shapes to the bodies of a world and the forms that they share, not sampled yet.
+#ifndef RENDER_ASSEMBLE_H
+#define RENDER_ASSEMBLE_H
+
+#include "render/body.h"
+
+typedef struct {
+    Form **forms;
+    Body *bodies; // with a form; ascending by object
+    Body *planes;
+    uint32_t n_forms, n_bodies, n_planes, n_objects;
+    size_t forms_capacity, bodies_capacity, planes_capacity;
+} Assembly;
+
+// Everything is allocated from the arena but what forms allocate themselves. Warnings about rest
+// poses are given here. options->tolerance and ->bake are read.
+Assembly assemble(Arena *arena, const Scene *scene, const RenderOptions *options,
+                  const Reporter *reporter);
+void assembly_destroy(Assembly *assembly);
+
+// The instant that stands for the whole film: its first.
+double film_first_seconds(const Scene *scene);
+
+void report_warning(const Reporter *reporter, SourceRef where, const char *name, const char *format,
+                    ...) __attribute__((format(printf, 4, 5)));
+
+// What sampling found, for the shape of a form. Once for each block.
+void report_sampling(const Reporter *reporter, const Form *form);
+
+// Seconds of a steady clock, for statistics.
+double seconds_now(void);
+
+#endif

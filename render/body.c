@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bodies: placement at an instant, bounds over a span of time.
+#include "render/body.h"
+
+enum {
+    PROBES = 8, // instants within a span whose bounds are asked for
+    DEPTH = 12, // halvings of such a span
+};
+
+// Corners may be so far from a straight line, relative to the box, before a span is halved.
+static const double STRAIGHT = 0.05;
+
+// Lerped floats may lie beyond their ends by a rounding; relative to the box and to its place.
+static const double ROUNDING = 0x1p-20, ROUNDING_PLACE = 0x1p-48;
+
+Placement body_place(const Body *body, double seconds) {
+    Placement p = {.map = affine_identity(), .inverse = affine_identity(), .is_present = true};
+    if (body->is_in_world) {
+        return p;
+    }
+    double in[IN_COUNT], seen;
+    shape_inputs(body->shape, body->loops, seconds, in);
+    p.is_present = affine_run(body->shape->transform, in, &p.map);
+    if (p.is_present && body->shape->transform) {
+        Affine linear = p.map;
+        linear.m[0][3] = linear.m[1][3] = linear.m[2][3] = 0;
+        p.is_present = affine_invert(&linear, &p.inverse);
+    }
+    if (p.is_present && body->shape->visible) {
+        program_run1(body->shape->visible, in, &seen);
+        p.is_present = seen != 0 && !isnan(seen);
+    }
+    return p;
+}
+
+static bool is_similarity(const Affine *a) {
+    Vec3 c[3];
+    for (int k = 0; k < 3; k++) {
+        c[k] = vec3(a->m[0][k], a->m[1][k], a->m[2][k]);
+    }
+    double size = vec3_dot(c[0], c[0]), bound = 1e-9 * size;
+    return size > 0 && isfinite(size) && fabs(vec3_dot(c[1], c[1]) - size) <= bound &&
+           fabs(vec3_dot(c[2], c[2]) - size) <= bound && fabs(vec3_dot(c[0], c[1])) <= bound &&
+           fabs(vec3_dot(c[1], c[2])) <= bound && fabs(vec3_dot(c[2], c[0])) <= bound;
+}
+
+bool shape_is_sphere_set(const Shape *shape) {
+    if (shape->kind != SHAPE_SPHERE || shape->n_instances < 2 ||
+        program_reads_time(shape->transform) || program_reads_time(shape->visible) ||
+        program_reads_loops(shape->breaks)) {
+        return false;
+    }
+    uint32_t n = program_reads_loops(shape->transform) ? shape->n_instances : 1;
+    for (uint32_t i = 0; i < n; i++) {
+        double in[IN_COUNT];
+        Affine map;
+        shape_inputs(shape, shape->loops + (size_t)i * shape->n_loops, 0, in);
+        if (!affine_run(shape->transform, in, &map) || !is_similarity(&map)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+typedef struct {
+    Vec3 p[8];
+    bool is_finite;
+} Corners;
+
+typedef struct {
+    const Body *body;
+    Bounds box; // in the space of the points
+    double fps;
+    int64_t frame;
+    Bounds sum;
+} Sweep;
+
+static Corners corners_at(const Sweep *s, double frac) {
+    double in[IN_COUNT], seconds = instant_seconds((Instant){s->frame, frac}, s->fps);
+    Affine map;
+    Corners c;
+    shape_inputs(s->body->shape, s->body->loops, seconds, in);
+    c.is_finite = affine_run(s->body->shape->transform, in, &map);
+    for (int k = 0; k < 8; k++) {
+        c.p[k] = affine_point(&map, bounds_corner(s->box, k));
+    }
+    return c;
+}
+
+static Bounds corners_bounds(const Corners *c) {
+    Bounds b = bounds_empty();
+    for (int k = 0; k < 8 && c->is_finite; k++) {
+        b = bounds_add(b, c->p[k]);
+    }
+    return b;
+}
+
+static double deviation(const Corners *a, const Corners *b, const Corners *x, double s) {
+    double most = 0;
+    for (int k = 0; k < 8; k++) {
+        Vec3 straight = vec3_add(vec3_scale(a->p[k], 1 - s), vec3_scale(b->p[k], s));
+        most = fmax(most, vec3_length(vec3_sub(x->p[k], straight)));
+    }
+    return most;
+}
+
+static Bounds pad(Bounds b, double by) {
+    Vec3 d = vec3(by, by, by);
+    return (Bounds){vec3_sub(b.lo, d), vec3_add(b.hi, d)};
+}
+
+// Between two instants a corner's path is taken for an arc: how far it bulges from the chord is
+// measured in the middle and at PROBES uneven places, and where it is little the boxes at all of
+// these are joined and padded by twice the most that was measured. A path that bulges more between
+// neighbouring probes than twice what it does at any of them would have to turn several times
+// between them, while none of ten instants shows it. Where a transform jumps, halving ends at
+// 1/4096 of the span, and the padding is twice the jump.
+static void sweep(Sweep *s, double lo, double hi, const Corners *a, const Corners *b, int depth) {
+    static const double uneven[PROBES] = {0.0711, 0.1873, 0.3127, 0.4119,
+                                          0.5000, 0.6271, 0.7433, 0.9083};
+    Bounds seen = bounds_join(corners_bounds(a), corners_bounds(b));
+    double off = 0;
+    bool is_whole = a->is_finite && b->is_finite;
+    Corners middle = *a;
+    for (int k = 0; k < PROBES; k++) {
+        Corners x = corners_at(s, lo + uneven[k] * (hi - lo));
+        is_whole &= x.is_finite;
+        seen = bounds_join(seen, corners_bounds(&x));
+        off = is_whole ? fmax(off, deviation(a, b, &x, uneven[k])) : off;
+        middle = uneven[k] == 0.5 ? x : middle;
+    }
+    double size = vec3_length(vec3_sub(bounds_corner(s->box, 7), bounds_corner(s->box, 0)));
+    double shown = is_whole ? vec3_length(vec3_sub(a->p[7], a->p[0])) : size;
+    if (depth == DEPTH || (is_whole && off <= STRAIGHT * shown)) {
+        s->sum = bounds_join(s->sum, bounds_are_empty(seen) ? seen : pad(seen, 2 * off));
+        return;
+    }
+    double mid = lo + 0.5 * (hi - lo);
+    sweep(s, lo, mid, a, &middle, depth + 1);
+    sweep(s, mid, hi, &middle, b, depth + 1);
+}
+
+static Bounds pad_rounding(Bounds b) {
+    if (bounds_are_empty(b)) {
+        return b;
+    }
+    Vec3 extent = vec3_sub(b.hi, b.lo);
+    double size = fmax(extent.x, fmax(extent.y, extent.z)), place = 0;
+    for (int k = 0; k < 8; k += 7) {
+        Vec3 c = bounds_corner(b, k);
+        place = fmax(place, fmax(fabs(c.x), fmax(fabs(c.y), fabs(c.z))));
+    }
+    return pad(b, ROUNDING * size + ROUNDING_PLACE * place);
+}
+
+Bounds body_bounds(const Body *body, double fps, int64_t frame, double lo, double hi) {
+    Sweep s = {body, form_bounds(body->form, frame, lo, hi), fps, frame, bounds_empty()};
+    if (body->is_in_world || bounds_are_empty(s.box)) {
+        return pad_rounding(s.box);
+    }
+    Corners a = corners_at(&s, lo);
+    if (!program_reads_time(body->shape->transform)) {
+        return pad_rounding(corners_bounds(&a));
+    }
+    Corners b = corners_at(&s, hi);
+    sweep(&s, lo, hi, &a, &b, 0);
+    return pad_rounding(s.sum);
+}

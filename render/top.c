@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// The upper level: boxes of bodies over ticks of time, for the kd-tree above the objects.
+//
+// Ticks divide every cell in the same way whatever the block. A body's box over some ticks is
+// halved in time until it is little larger than the body itself, or one tick long.
+#include "render/world_parts.h"
+
+#include <float.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    FEW = 4,           // so many bodies are simply asked one after the other
+    TICKS_MOVING = 16, // per cell, where something moves
+};
+
+// A box that motion makes this many times larger (half area) than the body is split in time.
+static const double SWEPT = 1.6;
+
+// Shutters are widened to this grid (frame periods), so that a box hardly depends on the block.
+static const double OPEN_GRID = 1.0 / 1024;
+
+typedef struct {
+    World *world;
+    const Opening *openings; // one for each cell
+    BoxSegment *segments;
+    size_t n, capacity;
+    Arena arena;
+} Top;
+
+uint32_t tick_of(const TickAxis *axis, Instant at) {
+    uint32_t lo = 0, hi = axis->n_cells;
+    while (lo < hi) {
+        uint32_t mid = lo + (hi - lo) / 2;
+        if (axis->cells[mid] <= at.frame) {
+            lo = mid + 1;
+        } else {
+            hi = mid;
+        }
+    }
+    if (lo == 0) {
+        return 0;
+    }
+    if (axis->cells[lo - 1] < at.frame) {
+        return lo * axis->per_cell - 1;
+    }
+    return (lo - 1) * axis->per_cell + (uint32_t)(at.frac * axis->per_cell);
+}
+
+static double half_area(Bounds b) {
+    Vec3 e = vec3_sub(b.hi, b.lo);
+    return bounds_are_empty(b) ? 0 : e.x * e.y + e.y * e.z + e.z * e.x;
+}
+
+// Outwards.
+static float float_below(double x) {
+    return nextafterf((float)fmax(fmin(x, FLT_MAX), -FLT_MAX), -INFINITY);
+}
+
+static float float_above(double x) {
+    return nextafterf((float)fmax(fmin(x, FLT_MAX), -FLT_MAX), INFINITY);
+}
+
+static void add_segment(Top *top, uint32_t id, Bounds b, uint32_t tick0, uint32_t tick1) {
+    if (bounds_are_empty(b)) {
+        return;
+    }
+    BoxSegment s = {{fmaxf(float_below(b.lo.x), -FLT_MAX), fmaxf(float_below(b.lo.y), -FLT_MAX),
+                     fmaxf(float_below(b.lo.z), -FLT_MAX)},
+                    {fminf(float_above(b.hi.x), FLT_MAX), fminf(float_above(b.hi.y), FLT_MAX),
+                     fminf(float_above(b.hi.z), FLT_MAX)},
+                    tick0,
+                    tick1,
+                    id};
+    top->segments = arena_grow(&top->arena, top->segments, top->n, &top->capacity, sizeof s);
+    top->segments[top->n++] = s;
+}
+
+// The part of [lo, hi] of a cell that shutters see, on a coarse grid; false: none.
+static bool clip_open(const Opening *open, double *lo, double *hi) {
+    // The very end belongs to the next tick, but rays may be there by rounding.
+    *lo = fmax(*lo, floor(open->lo / OPEN_GRID) * OPEN_GRID);
+    *hi = fmin(*hi, ceil(open->hi / OPEN_GRID) * OPEN_GRID);
+    return *lo <= *hi;
+}
+
+static void add_span(Top *top, uint32_t id, uint32_t cell, uint32_t tick0, uint32_t tick1) {
+    const World *world = top->world;
+    const TickAxis *axis = &world->ticks;
+    const Body *body = &world->parts.bodies[id];
+    double lo = (double)tick0 / axis->per_cell, hi = (double)tick1 / axis->per_cell;
+    int64_t frame = axis->cells[cell];
+    if (!clip_open(&top->openings[cell], &lo, &hi)) {
+        return;
+    }
+    Bounds swept = body_bounds(body, world->fps, frame, lo, hi);
+    if (tick1 - tick0 > 1) {
+        double still = 0;
+        for (int k = 0; k < 3; k++) {
+            double at = lo + (hi - lo) * (0.17 + 0.33 * k);
+            still += half_area(body_bounds(body, world->fps, frame, at, at)) / 3;
+        }
+        if (half_area(swept) > SWEPT * still) {
+            uint32_t mid = (tick0 + tick1) / 2;
+            add_span(top, id, cell, tick0, mid);
+            add_span(top, id, cell, mid, tick1);
+            return;
+        }
+    }
+    add_segment(top, id, swept, cell * axis->per_cell + tick0, cell * axis->per_cell + tick1);
+}
+
+static bool body_changes(const Body *body) {
+    return body->moves || body->form->n_spans > 0;
+}
+
+static void add_body(Top *top, uint32_t id) {
+    const World *world = top->world;
+    const Body *body = &world->parts.bodies[id];
+    const TickAxis *axis = &world->ticks;
+    if (!body_changes(body)) {
+        add_segment(top, id, body_bounds(body, world->fps, axis->cells[0], 0, 0), 0,
+                    axis->n_cells * axis->per_cell);
+        return;
+    }
+    for (uint32_t c = 0; c < axis->n_cells; c++) {
+        add_span(top, id, c, 0, axis->per_cell);
+    }
+}
+
+static void lay_out_ticks(World *world, const Opening *openings, size_t n) {
+    TickAxis *axis = &world->ticks;
+    axis->per_cell = 1;
+    for (uint32_t i = 0; i < world->parts.n_bodies; i++) {
+        if (body_changes(&world->parts.bodies[i])) {
+            axis->per_cell = TICKS_MOVING;
+        }
+    }
+    if (axis->per_cell == 1) {
+        n = 1; // time plays no part
+    }
+    axis->cells = ARENA_ARRAY(&world->arena, n, int64_t);
+    axis->n_cells = (uint32_t)n;
+    for (size_t i = 0; i < n; i++) {
+        axis->cells[i] = openings[i].frame;
+    }
+}
+
+void top_build(World *world, const RenderOptions *options, const Opening *openings, size_t n,
+               AccelStats *stats) {
+    *stats = (AccelStats){0};
+    lay_out_ticks(world, openings, n);
+    if (world->parts.n_bodies <= FEW) {
+        return;
+    }
+    Top top = {.world = world, .openings = openings};
+    for (uint32_t i = 0; i < world->parts.n_bodies; i++) {
+        add_body(&top, i);
+    }
+    AccelOptions accel = options->accel_options;
+    accel.n_threads = options->n_threads;
+    accel.memory = 0;
+    world->top = boxtree_build(top.segments, top.n, world->ticks.n_cells * world->ticks.per_cell,
+                               NULL, &accel, stats);
+    arena_free(&top.arena);
+}

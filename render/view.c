@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays in a world: one thread's view of it at one instant.
+//
+// The answer does not depend on the order in which bodies are asked: every body gets its own
+// closest hit up to the best distance so far, rounded up, and distances are compared in double.
+#include "render/world_parts.h"
+
+#include <stdlib.h>
+
+// Slots of a view; bodies beyond them share slots and are worked out again.
+enum { MAX_SLOTS = 4096 };
+
+WorldView *world_view_new(const World *world) {
+    Arena arena = {0};
+    WorldView *view = ARENA_NEW(&arena, WorldView);
+    uint32_t n = 16;
+    while (n < MAX_SLOTS && n < world->parts.n_bodies + world->parts.n_planes) {
+        n *= 2;
+    }
+    view->world = world;
+    view->mask = n - 1;
+    view->slots = ARENA_ARRAY(&arena, n, BodyView);
+    view->arena = arena;
+    world_view_time(view, (Instant){world->scene->film.first_frame - 1, 0});
+    return view;
+}
+
+void world_view_destroy(WorldView *view, AccelCounters *add) {
+    if (!view) {
+        return;
+    }
+    if (add) {
+        add->rays += view->count.rays;
+        add->nodes += view->count.nodes;
+        add->prim_tests += view->count.prim_tests;
+    }
+    Arena arena = view->arena;
+    arena_free(&arena);
+}
+
+void world_view_time(WorldView *view, Instant at) {
+    view->at = at;
+    view->seconds = instant_seconds(at, view->world->fps);
+    view->tick = tick_of(&view->world->ticks, at);
+    view->stamp++;
+}
+
+const BodyView *view_body(WorldView *view, const Body *body) {
+    BodyView *slot = &view->slots[body->object & view->mask];
+    if (slot->stamp == view->stamp && slot->body == body) {
+        return slot;
+    }
+    slot->stamp = view->stamp;
+    slot->body = body;
+    slot->place = &body->fixed;
+    if (body->moves) {
+        slot->own = body_place(body, view->seconds);
+        slot->place = &slot->own;
+    }
+    slot->key = 0;
+    slot->f = 0;
+    if (body->form) {
+        form_time(body->form, view->at, &slot->key, &slot->f);
+    }
+    return slot;
+}
+
+typedef struct {
+    WorldView *view;
+    Vec3 origin, dir;
+    double tmin;
+    bool any; // the first hit will do
+    bool is_hit;
+    WorldHit hit;
+} Query;
+
+// The ray in the frame of a body's form; false: the body is absent or the ray is nothing.
+static bool enter(const Query *q, const Body *body, double tmax, AccelRay *ray,
+                  FrameDistance *distance) {
+    const BodyView *at = view_body(q->view, body);
+    if (!at->place->is_present) {
+        return false;
+    }
+    Vec3 origin = q->origin, dir = q->dir;
+    if (!body->is_in_world) {
+        origin = placement_point_back(at->place, origin);
+        dir = affine_vector(&at->place->inverse, dir);
+    }
+    ray->key = at->key;
+    ray->f = at->f;
+    if (!frame_ray(&body->form->sampler.frame, origin, dir, q->tmin, tmax, ray, distance)) {
+        return false;
+    }
+    // A hit at tmax itself must not be lost to its rounding, whatever was met before.
+    ray->tmax = nextafterf(nextafterf(ray->tmax, INFINITY), INFINITY);
+    return true;
+}
+
+// The part of a baked body that a primitive belongs to.
+static const BodyPart *part_of(const Body *body, uint32_t prim) {
+    uint32_t lo = 0, hi = body->n_parts;
+    while (hi - lo > 1) {
+        uint32_t mid = lo + (hi - lo) / 2;
+        *(body->parts[mid].first_prim <= prim ? &lo : &hi) = mid;
+    }
+    return &body->parts[lo];
+}
+
+// Keeps a hit if it is nearer, or as near and of a lower object.
+static void keep(Query *q, WorldHit hit) {
+    if (!q->is_hit || hit.t < q->hit.t || (hit.t == q->hit.t && hit.object < q->hit.object)) {
+        q->hit = hit;
+        q->is_hit = true;
+    }
+}
+
+static void ask(Query *q, const Body *body, double tmax) {
+    AccelRay ray;
+    FrameDistance distance;
+    AccelHit hit;
+    if (!enter(q, body, tmax, &ray, &distance)) {
+        return;
+    }
+    const AccelType *type = body->form->accel->type;
+    if (q->any) {
+        q->is_hit |= type->occluded(body->form->accel, &ray, &q->view->count);
+        return;
+    }
+    if (!type->closest(body->form->accel, &ray, &hit, &q->view->count)) {
+        return;
+    }
+    WorldHit found = {distance.base + hit.t * distance.unit, body->object, hit.prim, hit.u, hit.v};
+    if (body->parts) {
+        const BodyPart *part = part_of(body, (uint32_t)hit.prim);
+        found.object = part->object;
+        found.prim -= (int32_t)part->first_prim;
+    }
+    keep(q, found);
+}
+
+static double visit(void *context, uint32_t id, double tmax) {
+    Query *q = context;
+    double best = q->is_hit && q->hit.t < tmax ? q->hit.t : tmax;
+    ask(q, &q->view->world->parts.bodies[id], best);
+    if (q->is_hit) {
+        return q->any ? -INFINITY : fmin(q->hit.t, tmax);
+    }
+    return tmax;
+}
+
+bool plane_at(const Body *body, double seconds, Vec3 *normal, double *offset) {
+    double in[IN_COUNT], out[4];
+    shape_inputs(body->shape, body->loops, seconds, in);
+    program_run1(body->shape->geometry, in, out);
+    *normal = vec3_normalize(vec3(out[0], out[1], out[2]));
+    *offset = out[3];
+    return vec3_is_finite(*normal) && isfinite(*offset) && vec3_dot(*normal, *normal) > 0;
+}
+
+static void ask_plane(Query *q, const Body *body, double tmax) {
+    const BodyView *at = view_body(q->view, body);
+    Vec3 normal;
+    double offset;
+    q->view->count.prim_tests++;
+    if (!at->place->is_present || !plane_at(body, q->view->seconds, &normal, &offset)) {
+        return;
+    }
+    Vec3 origin = placement_point_back(at->place, q->origin);
+    Vec3 dir = affine_vector(&at->place->inverse, q->dir);
+    double t = (offset - vec3_dot(origin, normal)) / vec3_dot(dir, normal);
+    if (t > q->tmin && t <= tmax && isfinite(t)) {
+        keep(q, (WorldHit){.t = t, .object = body->object});
+    }
+}
+
+static void trace_bodies(Query *q, double tmax) {
+    const World *world = q->view->world;
+    if (world->top) {
+        const double o[3] = {q->origin.x, q->origin.y, q->origin.z};
+        const double d[3] = {q->dir.x, q->dir.y, q->dir.z};
+        boxtree_trace(world->top, o, d, q->tmin, tmax, q->view->tick, visit, q, &q->view->count);
+        return;
+    }
+    for (uint32_t i = 0; i < world->parts.n_bodies && !(q->any && q->is_hit); i++) {
+        visit(q, i, tmax);
+    }
+}
+
+static bool trace(Query *q, double tmax) {
+    const Assembly *parts = &q->view->world->parts;
+    uint64_t n_rays = q->view->count.rays + 1;
+    for (uint32_t i = 0; i < parts->n_planes && !(q->any && q->is_hit); i++) {
+        ask_plane(q, &parts->planes[i], q->is_hit ? q->hit.t : tmax);
+    }
+    if (!(q->any && q->is_hit)) {
+        trace_bodies(q, q->is_hit ? q->hit.t : tmax);
+    }
+    q->view->count.rays = n_rays; // one, however many structures it went through
+    return q->is_hit;
+}
+
+bool world_closest(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double tmax,
+                   WorldHit *hit) {
+    Query q = {.view = view, .origin = origin, .dir = dir, .tmin = tmin};
+    if (trace(&q, tmax)) {
+        *hit = q.hit;
+    }
+    return q.is_hit;
+}
+
+bool world_occluded(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double tmax) {
+    Query q = {.view = view, .origin = origin, .dir = dir, .tmin = tmin, .any = true};
+    return trace(&q, tmax);
+}
+
+static const Body *find_body(const Body *bodies, uint32_t n, uint32_t object) {
+    uint32_t lo = 0, hi = n;
+    while (lo < hi) {
+        uint32_t mid = lo + (hi - lo) / 2;
+        if (bodies[mid].object <= object) {
+            lo = mid + 1;
+        } else {
+            hi = mid;
+        }
+    }
+    return lo > 0 ? &bodies[lo - 1] : NULL;
+}
+
+const Body *world_body(const World *world, uint32_t object) {
+    const Assembly *parts = &world->parts;
+    const Body *plane = find_body(parts->planes, parts->n_planes, object);
+    if (plane && plane->object == object) {
+        return plane;
+    }
+    // What is baked is one body, the last; its objects lie anywhere between the others.
+    uint32_t n = parts->n_bodies;
+    const Body *last = n > 0 ? &parts->bodies[n - 1] : NULL;
+    if (last && last->parts) {
+        n--;
+    }
+    const Body *body = find_body(parts->bodies, n, object);
+    bool is_found = body && (body->object == object);
+    return is_found ? body : last;
+}

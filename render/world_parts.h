@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// The inside of a world, for the files that build it and trace in it.
+#ifndef RENDER_WORLD_PARTS_H
+#define RENDER_WORLD_PARTS_H
+
+#include "accel/boxtree.h"
+#include "render/assemble.h"
+#include "render/world.h"
+
+// The time axis of the upper tree: every cell that a shutter of the block reaches, cut into equal
+// ticks.
+typedef struct {
+    int64_t *cells; // ascending
+    uint32_t n_cells, per_cell;
+} TickAxis;
+
+struct World {
+    Arena arena;
+    const Scene *scene;
+    double fps;
+    Assembly parts;
+    TickAxis ticks;
+    BoxTree *top; // over parts.bodies; NULL: all of the few are asked
+};
+
+// The tick of an instant; of one outside of all cells, the nearest.
+uint32_t tick_of(const TickAxis *axis, Instant at);
+
+// Builds world->top over the openings of the block: n >= 1, ascending, one for each cell that
+// shutters reach.
+void top_build(World *world, const RenderOptions *options, const Opening *openings, size_t n,
+               AccelStats *stats);
+
+// Adds a structure's statistics to a sum; kappas are the widest, depths the greatest.
+void stats_add(AccelStats *sum, const AccelStats *more);
+
+// What a view knows of a body at its instant.
+typedef struct {
+    uint64_t stamp; // of the instant for which this was worked out; 0: never
+    const Body *body;
+    const Placement *place; // own, or the body's
+    Placement own;
+    uint32_t key;
+    float f;
+} BodyView;
+
+struct WorldView {
+    const World *world;
+    Instant at;
+    double seconds;
+    uint32_t tick;
+    uint64_t stamp;
+    BodyView *slots;
+    uint32_t mask; // slots - 1
+    AccelCounters count;
+    Arena arena;
+};
+
+const BodyView *view_body(WorldView *view, const Body *body);
+
+// A plane's unit normal and offset, in its own space.
+bool plane_at(const Body *body, double seconds, Vec3 *normal, double *offset);
+
+// The body of a hit's object.
+const Body *world_body(const World *world, uint32_t object);
+
+#endif
