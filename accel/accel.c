@@ -3,6 +3,7 @@
 #include "accel/accel.h"
 
 #include "accel/brute.h"
+#include "accel/kd4_accel.h"
 
 #include <string.h>
 
@@ -12,6 +13,10 @@ const char *const leaf_reason_names[LEAF_REASONS] = {
 };
 
 const AccelType accel_types[] = {
+    {"kd4-thesis", "4D kd-tree over segments of motion, as in Olsson's thesis of 2007",
+     kd4_accel_build, kd4_accel_closest, kd4_accel_occluded, kd4_accel_validate, kd4_accel_destroy},
+    {"kd3", "3D kd-tree over the same segments, never split in time", kd3_accel_build,
+     kd4_accel_closest, kd4_accel_occluded, kd4_accel_validate, kd4_accel_destroy},
     {"brute", "no structure: every ray is tested against every primitive", brute_build,
      brute_closest, brute_occluded, brute_validate, brute_destroy},
     {NULL},
