@@ -85,8 +85,8 @@ deps:
 demo: deps
 	@$(MAKE) --no-print-directory st4
 	@mkdir -p out
-	./st4 render examples/propeller.st4 -f 1-3 -o out/propeller.####.exr
-	./st4 render examples/propeller.st4 -f 1-3 -o out/propeller.####.png
+	./st4 render examples/propeller.st4 -f 1-3 --progress bar -o 'out/propeller.####.exr' \
+	    -o 'out/propeller.####.png'
 	@echo "the pictures are in out/:"; ls out/propeller.*
 
 test: deps

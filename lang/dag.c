@@ -4,16 +4,15 @@
 // What simplification may do: the result has the same bits as the operations written, except that
 // the sign of a zero may change (x + 0 is x), and that a power with a small whole exponent is a
 // product, always, so that folding and computing still agree.
-#include "lang/dag_nodes.h"
+#include "lang/dag.h"
 
 #include <assert.h>
 #include <math.h>
 #include <string.h>
 
-enum { SLOTS_FIRST = 1024 };
+#include "lang/dag_nodes.h"
 
-// |t| in seconds is below 2^100 for any film; this is what lets t*0 be 0.
-enum { BOUND_TIME = 100 };
+enum { SLOTS_FIRST = 1024 };
 
 static uint32_t mix(uint32_t h, uint32_t k) {
     h = (h ^ k) * 0x9e3779b1u;
@@ -23,13 +22,6 @@ static uint32_t mix(uint32_t h, uint32_t k) {
 static uint32_t hash_node(const DagNode *n) {
     uint32_t h = mix(mix(mix(mix(n->op, n->a), n->b), n->c), 0x85ebca6bu);
     return h;
-}
-
-static double node_value(const DagNode *n) {
-    uint64_t bits = (uint64_t)n->b << 32 | n->a;
-    double value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
 }
 
 Dag *dag_new(Arena *arena) {
@@ -53,178 +45,9 @@ bool dag_is_const(const Dag *dag, Ref ref, double *value) {
         return false;
     }
     if (value) {
-        *value = node_value(n);
+        *value = dag_node_value(n);
     }
     return true;
-}
-
-// --- What is known of a value ---
-
-// The smallest k with |x| <= 2^k.
-static int exponent_of(double x) {
-    if (x == 0) {
-        return -1100;
-    }
-    int k;
-    double m = frexp(fabs(x), &k);
-    return m == 0.5 ? k - 1 : k;
-}
-
-static int16_t bound_of_exponent(int k) {
-    return k > 1023 ? BOUND_NONE : (int16_t)(k < -1100 ? -1100 : k);
-}
-
-static int16_t bound_of_value(double x) {
-    return isfinite(x) ? bound_of_exponent(exponent_of(x)) : BOUND_NONE;
-}
-
-static int16_t bound_of_table(const ProgramTable *table) {
-    int16_t bound = -1100;
-    for (uint32_t i = 0; i < table->n; i++) {
-        int16_t b = bound_of_value(table->values[i]);
-        bound = b > bound ? b : bound;
-    }
-    return bound;
-}
-
-static int16_t bound_of_quotient(const Dag *dag, int bound, Ref b) {
-    double divisor;
-    if (bound == BOUND_NONE || !dag_is_const(dag, b, &divisor) || divisor == 0 ||
-        !isfinite(divisor)) {
-        return BOUND_NONE;
-    }
-    return bound_of_exponent(bound - exponent_of(divisor) + 1);
-}
-
-static int16_t bound_of_input(Input input) {
-    bool is_finite =
-        input == IN_T || input == IN_FILM_T || input == IN_I || input == IN_X || input >= IN_LOOP0;
-    return is_finite ? BOUND_TIME : BOUND_NONE;
-}
-
-static int16_t bound_of(const Dag *dag, const DagNode *n) {
-    uint32_t arity = op_operands[n->op];
-    int a = arity > 0 ? dag->nodes[n->a].bound : 0;
-    int b = arity > 1 ? dag->nodes[n->b].bound : 0;
-    int c = arity > 2 ? dag->nodes[n->c].bound : 0;
-    int most = a > b ? a : b;
-    switch ((Op)n->op) {
-    case OP_CONST:
-        return bound_of_value(node_value(n));
-    case OP_INPUT:
-        return bound_of_input((Input)n->a);
-    case OP_TABLE:
-        return bound_of_table(&dag->tables[n->b]);
-    case OP_SEARCH:
-        return 32;
-    case OP_LT:
-    case OP_LE:
-    case OP_EQ:
-    case OP_NOT:
-    case OP_AND:
-    case OP_OR:
-    case OP_HASH:
-        return 0;
-    case OP_SELECT:
-        return (int16_t)(b > c ? b : c);
-    default:
-        break;
-    }
-    if (most == BOUND_NONE || c == BOUND_NONE) {
-        return BOUND_NONE;
-    }
-    switch ((Op)n->op) {
-    case OP_SIGN:
-    case OP_SIN:
-    case OP_COS:
-    case OP_NOISE:
-        return 0;
-    case OP_ATAN:
-        return 1;
-    case OP_ATAN2:
-        return 2;
-    case OP_ADD:
-    case OP_SUB:
-    case OP_HYPOT:
-        return bound_of_exponent(most + 1);
-    case OP_MUL:
-        return bound_of_exponent(a + b);
-    case OP_DIV:
-        return bound_of_quotient(dag, a, n->b);
-    case OP_MOD: // the quotient must be finite too; the remainder may round up to the divisor
-        return bound_of_quotient(dag, a, n->b) == BOUND_NONE ? BOUND_NONE
-                                                             : bound_of_exponent(most + 1);
-    case OP_NEG:
-    case OP_ABS:
-    case OP_MIN:
-    case OP_MAX:
-        return (int16_t)most;
-    case OP_FLOOR:
-    case OP_CEIL:
-    case OP_ROUND:
-        return bound_of_exponent((a > 0 ? a : 0) + 1);
-    case OP_EXP:
-        return a <= 8 ? 512 : BOUND_NONE;
-    default:
-        return BOUND_NONE;
-    }
-}
-
-static uint8_t facts_of(const Dag *dag, const DagNode *n) {
-    uint32_t arity = op_operands[n->op];
-    uint8_t a = arity > 0 ? dag->nodes[n->a].facts : 0;
-    uint8_t b = arity > 1 ? dag->nodes[n->b].facts : 0;
-    uint8_t c = arity > 2 ? dag->nodes[n->c].facts : 0;
-    double x;
-    switch ((Op)n->op) {
-    case OP_CONST:
-        x = node_value(n);
-        return (uint8_t)((x == 0 || x == 1 ? FACT_TRUTH : 0) | (x == floor(x) ? FACT_INTEGER : 0) |
-                         (x >= 0 ? FACT_POSITIVE : 0));
-    case OP_INPUT:
-        return n->a == IN_I ? FACT_INTEGER | FACT_POSITIVE : 0;
-    case OP_LT:
-    case OP_LE:
-    case OP_EQ:
-    case OP_NOT:
-    case OP_AND:
-    case OP_OR:
-        return FACT_TRUTH | FACT_INTEGER | FACT_POSITIVE;
-    case OP_SEARCH:
-        return FACT_INTEGER | FACT_POSITIVE;
-    case OP_FLOOR:
-    case OP_CEIL:
-    case OP_ROUND:
-        return (uint8_t)(FACT_INTEGER | (a & FACT_POSITIVE));
-    case OP_SIGN:
-        return (uint8_t)(FACT_INTEGER | (a & FACT_POSITIVE));
-    case OP_ABS:
-        return (uint8_t)(FACT_POSITIVE | (a & FACT_INTEGER));
-    case OP_SQRT:
-    case OP_EXP:
-    case OP_HYPOT:
-    case OP_HASH:
-    case OP_ACOS:
-        return FACT_POSITIVE;
-    case OP_MUL:
-        return (uint8_t)((a & b & (FACT_INTEGER | FACT_POSITIVE)) |
-                         (n->a == n->b ? FACT_POSITIVE : 0));
-    case OP_ADD:
-        return (uint8_t)(a & b & (FACT_INTEGER | FACT_POSITIVE));
-    case OP_DIV:
-        return (uint8_t)(a & b & FACT_POSITIVE);
-    case OP_SUB:
-        return (uint8_t)(a & b & FACT_INTEGER);
-    case OP_NEG:
-        return (uint8_t)(a & FACT_INTEGER);
-    case OP_MIN:
-    case OP_MAX:
-        return a & b;
-    case OP_SELECT:
-        return b & c;
-    default:
-        return 0;
-    }
 }
 
 static bool is_finite(const Dag *dag, Ref ref) {
@@ -280,8 +103,8 @@ static Ref intern(Dag *dag, Op op, Ref a, Ref b, Ref c) {
         }
     }
     node.inputs = inputs_of(dag, &node);
-    node.facts = facts_of(dag, &node);
-    node.bound = bound_of(dag, &node);
+    node.facts = dag_node_facts(dag, &node);
+    node.bound = dag_node_bound(dag, &node);
     dag->nodes =
         arena_grow(dag->arena, dag->nodes, dag->n_nodes, &dag->nodes_capacity, sizeof node);
     dag->nodes[dag->n_nodes] = node;
@@ -371,7 +194,7 @@ static bool all_equal(const double *values, uint32_t n) {
     return true;
 }
 
-Ref dag_table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n) {
+static Ref table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n, Ref mark) {
     double x;
     if (op == OP_TABLE && all_equal(values, n)) {
         return dag_const(dag, values[0]);
@@ -385,7 +208,15 @@ Ref dag_table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n) {
         }
         return dag_const(dag, values[x >= n - 1 ? n - 1 : x >= 1 ? (uint32_t)x : 0]);
     }
-    return intern(dag, op, a, intern_table(dag, values, n), REF_NONE);
+    return intern(dag, op, a, intern_table(dag, values, n), mark);
+}
+
+Ref dag_table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n) {
+    return table_op(dag, op, a, values, n, REF_NONE);
+}
+
+Ref dag_search_unseen(Dag *dag, Ref a, const double *values, uint32_t n) {
+    return table_op(dag, OP_SEARCH, a, values, n, MARK_UNSEEN);
 }
 
 // --- Simplification: each returns REF_NONE where it has nothing to say ---
@@ -641,7 +472,7 @@ Ref dag_op(Dag *dag, Op op, Ref a, Ref b, Ref c) {
 Ref dag_rebuild(Dag *dag, const DagNode *node, const Ref operands[3]) {
     if (node->op == OP_SEARCH || node->op == OP_TABLE) {
         ProgramTable table = dag->tables[node->b];
-        return dag_table_op(dag, (Op)node->op, operands[0], table.values, table.n);
+        return table_op(dag, (Op)node->op, operands[0], table.values, table.n, node->c);
     }
     return dag_op(dag, (Op)node->op, operands[0], operands[1], operands[2]);
 }

@@ -28,7 +28,11 @@ Ref dag_input(Dag *dag, Input input);
 // Folds constants and simplifies (x*0 and x-x only where x is finite for sure); results have the
 // same bits as the operations written, but for the sign of a zero. Unused operands: REF_NONE.
 Ref dag_op(Dag *dag, Op op, Ref a, Ref b, Ref c);
-Ref dag_table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n); // SEARCH, TABLE; copies
+// SEARCH or TABLE; copies the values (n >= 1).
+Ref dag_table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n);
+// SEARCH for pieces that join smoothly: what is built on it does not jump or bend at its steps, so
+// they are no breaks.
+Ref dag_search_unseen(Dag *dag, Ref a, const double *values, uint32_t n);
 
 bool dag_is_const(const Dag *dag, Ref ref, double *value); // value may be NULL
 uint32_t dag_inputs(const Dag *dag, Ref ref);              // bit i: Input i is read

@@ -13,10 +13,11 @@ enum {
     FACT_INTEGER = 2,  // a whole number, infinite or NaN
     FACT_POSITIVE = 4, // not below 0 (but perhaps NaN)
     BOUND_NONE = INT16_MAX,
+    MARK_UNSEEN = 0, // c of a SEARCH whose steps are no breaks
 };
 
 // CONST: a and b are the low and high half of the double's bits. INPUT: a is the Input. SEARCH and
-// TABLE: b is the index of the table.
+// TABLE: b is the index of the table; c of SEARCH: MARK_UNSEEN, else REF_NONE.
 typedef struct {
     uint8_t op;
     uint8_t facts;   // FACT_ bits
@@ -55,6 +56,11 @@ static inline uint32_t dag_node_operands(const DagNode *node, Ref operands[3]) {
     operands[2] = node->c;
     return op_operands[node->op];
 }
+
+double dag_node_value(const DagNode *node); // of a CONST
+// What follows for a new node from its operands (lang/dag_facts.c).
+int16_t dag_node_bound(const Dag *dag, const DagNode *node);
+uint8_t dag_node_facts(const Dag *dag, const DagNode *node);
 
 // Visits what the roots reach and that reads any input of the mask (mask 0: everything), operands
 // first; leaves walk->order and walk->n_order. The next walk ends this one's results.

@@ -115,13 +115,30 @@ static bool write_bytes(const char *path, const char *format, const uint8_t *byt
     return outfile_commit(&file, message, n);
 }
 
-static const char *known_format(const char *path) {
+static const char *find_format(const char *path, char *message, size_t n) {
     for (size_t i = 0; i < N_FORMATS; i++) {
         if (strcasecmp(ending(path), formats[i]) == 0) {
             return formats[i];
         }
     }
+    int at = snprintf(message, n, "the name's ending is none of .exr");
+    for (size_t i = 0; i < N_FORMATS && at > 0 && (size_t)at < n; i++) {
+        at += snprintf(message + at, n - (size_t)at, ", .%s", formats[i]);
+    }
     return NULL;
+}
+
+bool image_write_check(const char *path, char *message, size_t n) {
+    if (!is_exr(path) &&
+        (!find_format(path, message, n) || !plugin_symbol(LIBRARY, "image_oiio", message, n))) {
+        return false;
+    }
+    OutFile file;
+    if (!outfile_open(&file, path, message, n)) {
+        return false;
+    }
+    outfile_abandon(&file);
+    return true;
 }
 
 bool image_write(const char *path, const Image *image, bool alpha, double exposure, char *message,
@@ -129,12 +146,8 @@ bool image_write(const char *path, const Image *image, bool alpha, double exposu
     if (is_exr(path)) {
         return image_write_exr(path, image, message, n);
     }
-    const char *format = known_format(path);
+    const char *format = find_format(path, message, n);
     if (!format) {
-        int at = snprintf(message, n, "the name's ending is none of .exr");
-        for (size_t i = 0; i < N_FORMATS && at > 0 && (size_t)at < n; i++) {
-            at += snprintf(message + at, n - (size_t)at, ", .%s", formats[i]);
-        }
         return false;
     }
     uint32_t n_channels = alpha ? 4 : 3;

@@ -46,6 +46,9 @@ bool image_read_exr(Arena *arena, const char *path, Image *image, char *message,
 // where alpha is true), linear to sRGB, values over 1 clipped. exposure: in stops.
 bool image_write(const char *path, const Image *image, bool alpha, double exposure, char *message,
                  size_t n);
+// Whether image_write can be expected to work: the ending is known, its library can be loaded, the
+// folder takes files. To be asked before hours of rendering.
+bool image_write_check(const char *path, char *message, size_t n);
 // .exr as above, else by OpenImageIO, sRGB to linear for 8-bit files.
 bool image_read(Arena *arena, const char *path, Image *image, char *message, size_t n);
 

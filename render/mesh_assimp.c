@@ -194,6 +194,17 @@ static void refuse(Sender *s, MeshStatus status, const char *sentence) {
     send(s, &s->header, sizeof s->header);
 }
 
+// Assimp's sentence, but for those that need the file's name or the library's terms.
+static void refuse_import(Sender *s, const char *why) {
+    if (strstr(why, "alloc")) {
+        refuse(s, MESH_TOO_LARGE, "it needs more memory than the reader is allowed");
+    } else if (strstr(why, "No suitable reader")) {
+        refuse(s, MESH_BAD_FORMAT, "no reader knows this kind of file");
+    } else {
+        refuse(s, MESH_BAD_FORMAT, why[0] ? why : "damaged, or of no known kind");
+    }
+}
+
 static void send_scene(Sender *s) {
     s->header = (MeshStream){.magic = MESH_STREAM_MAGIC, .has_normal = 1, .has_uv = 1};
     run(s, PASS_COUNT);
@@ -221,7 +232,7 @@ int mesh_assimp_send(const char *path, int fd) {
     s->scene = aiImportFile(path, aiProcess_Triangulate | aiProcess_JoinIdenticalVertices |
                                       aiProcess_SortByPType | aiProcess_ValidateDataStructure);
     if (!s->scene || !s->scene->mRootNode) {
-        refuse(s, MESH_BAD_FORMAT, aiGetErrorString());
+        refuse_import(s, aiGetErrorString());
     } else {
         send_scene(s);
     }

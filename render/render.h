@@ -32,6 +32,7 @@ typedef struct {
     bool bake;                // everything into one tree
     bool validate;            // check every structure after its build (tests)
     ProgressKind progress;    // to stderr
+    const char *software;     // name and version of the program, for the header of the file
     const char *command_line; // for the header of the file: what changes the picture, so that files
                               // are equal whatever the threads, the memory and the other frames
 } RenderOptions;

@@ -1,246 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
 // The graph of scalars: random expressions against plain programs of the same operations, rates
 // against finite differences, substitution, breaks, depth.
-#include "lang/dag.h"
+#include "tests/expression.h"
 #include "tests/suite.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-// --- Random expressions, kept beside the graph as a list of operations ---
-
-enum { MAX_STEPS = 40, N_INPUTS = 3 };
-
-typedef struct {
-    Op op;
-    int a, b, c; // earlier steps
-    double value;
-    int input;
-    int table;
-} Step;
-
-typedef struct {
-    Step steps[MAX_STEPS];
-    int n;
-} Expression;
-
-static const Input test_inputs[N_INPUTS] = {IN_T, IN_U, IN_PX};
-static const double search_table[5] = {-1.5, -0.25, 0, 0.5, 2};
-static const double value_table[4] = {3, -1, 0.125, 7};
-static const double constants[] = {0, 1, -1, 2, 0.5, 3, -0.75, 0.1, 10};
-
-static uint64_t seed;
-
-static uint32_t random_int(uint32_t n) {
-    seed = seed * 6364136223846793005u + 1442695040888963407u;
-    return (uint32_t)(seed >> 33) % n;
-}
-
-static double random_real(double lo, double hi) {
-    return lo + (hi - lo) * (random_int(1u << 30) + 0.5) / (1u << 30);
-}
-
-static void add_leaves(Expression *e) {
-    for (int i = 0; i < N_INPUTS; i++) {
-        e->steps[e->n++] = (Step){.op = OP_INPUT, .input = i};
-    }
-    for (int i = 0; i < 4; i++) {
-        uint32_t k = random_int(sizeof constants / sizeof *constants + 2);
-        double value = k < sizeof constants / sizeof *constants ? constants[k] : random_real(-4, 4);
-        e->steps[e->n++] = (Step){.op = OP_CONST, .value = value};
-    }
-}
-
-static int any_step(const Expression *e) {
-    return (int)random_int((uint32_t)e->n);
-}
-
-static void random_expression(Expression *e, const Op *ops, uint32_t n_ops, int size) {
-    e->n = 0;
-    add_leaves(e);
-    while (e->n < size) {
-        Step s = {.op = ops[random_int(n_ops)],
-                  .a = any_step(e),
-                  .b = any_step(e),
-                  .c = any_step(e),
-                  .table = (int)random_int(2)};
-        e->steps[e->n++] = s;
-    }
-}
-
-static Ref build(Dag *dag, const Expression *e) {
-    Ref refs[MAX_STEPS];
-    for (int i = 0; i < e->n; i++) {
-        const Step *s = &e->steps[i];
-        if (s->op == OP_INPUT) {
-            refs[i] = dag_input(dag, test_inputs[s->input]);
-        } else if (s->op == OP_CONST) {
-            refs[i] = dag_const(dag, s->value);
-        } else if (s->op == OP_SEARCH) {
-            refs[i] = dag_table_op(dag, OP_SEARCH, refs[s->a], search_table, 5);
-        } else if (s->op == OP_TABLE) {
-            refs[i] = dag_table_op(dag, OP_TABLE, refs[s->a], value_table, 4);
-        } else {
-            refs[i] = dag_op(dag, s->op, refs[s->a], refs[s->b], refs[s->c]);
-        }
-    }
-    return refs[e->n - 1];
-}
-
-// A step by its definition; the operations that have no counterpart in libm by their own code.
-static double evaluate_step(const Step *s, double a, double b, double c) {
-    switch (s->op) {
-    case OP_ADD:
-        return a + b;
-    case OP_SUB:
-        return a - b;
-    case OP_MUL:
-        return a * b;
-    case OP_DIV:
-        return a / b;
-    case OP_NEG:
-        return -a;
-    case OP_ABS:
-        return fabs(a);
-    case OP_FLOOR:
-        return floor(a);
-    case OP_CEIL:
-        return ceil(a);
-    case OP_SQRT:
-        return sqrt(a);
-    case OP_EXP:
-        return exp(a);
-    case OP_LOG:
-        return log(a);
-    case OP_SIN:
-        return sin(a);
-    case OP_COS:
-        return cos(a);
-    case OP_TAN:
-        return tan(a);
-    case OP_ASIN:
-        return asin(a);
-    case OP_ACOS:
-        return acos(a);
-    case OP_ATAN:
-        return atan(a);
-    case OP_ATAN2:
-        return atan2(a, b);
-    case OP_HYPOT:
-        return hypot(a, b);
-    case OP_POW:
-        return pow(a, b);
-    case OP_LT:
-        return a < b;
-    case OP_LE:
-        return a <= b;
-    case OP_EQ:
-        return a == b;
-    case OP_NOT:
-        return a == 0;
-    case OP_AND:
-        return a != 0 && b != 0;
-    case OP_OR:
-        return a != 0 || b != 0;
-    case OP_SELECT:
-        return a != 0 ? b : c;
-    case OP_SEARCH: {
-        int i = 0;
-        while (i < 4 && search_table[i + 1] <= a) {
-            i++;
-        }
-        return i;
-    }
-    case OP_TABLE:
-        return value_table[a >= 3 ? 3 : a >= 2 ? 2 : a >= 1 ? 1 : 0];
-    default:
-        return program_fold(s->op, a, b, c);
-    }
-}
-
-// Whether the result depends on the sign of a zero, which simplification does not keep, or on the
-// bits of a NaN; or has no rate.
-static bool is_singular(const Step *s, double a, double b) {
-    return (s->op == OP_DIV && b == 0) || (s->op == OP_ATAN2 && a == 0) ||
-           (s->op == OP_POW && a == 0) || (s->op == OP_SQRT && a == 0) ||
-           (s->op == OP_HASH && (isnan(a) || isnan(b)));
-}
-
-// exact: transcendental functions by the program's own code, so that bits can be compared.
-// False: some step is singular.
-static bool evaluate(const Expression *e, const double in[N_INPUTS], bool exact, double *result) {
-    double v[MAX_STEPS];
-    bool is_certain = true;
-    for (int i = 0; i < e->n; i++) {
-        const Step *s = &e->steps[i];
-        if (s->op == OP_INPUT) {
-            v[i] = in[s->input];
-        } else if (s->op == OP_CONST) {
-            v[i] = s->value;
-        } else {
-            double a = v[s->a], b = v[s->b], c = v[s->c];
-            is_certain = is_certain && !is_singular(s, a, b);
-            bool is_table = s->op == OP_SEARCH || s->op == OP_TABLE;
-            v[i] = exact && !is_table ? program_fold(s->op, a, b, c) : evaluate_step(s, a, b, c);
-        }
-    }
-    *result = v[e->n - 1];
-    return is_certain;
-}
-
-static double run(Dag *dag, Arena *arena, Ref ref, const double in[N_INPUTS]) {
-    double inputs[IN_COUNT] = {0}, out;
-    for (int i = 0; i < N_INPUTS; i++) {
-        inputs[test_inputs[i]] = in[i];
-    }
-    program_run1(dag_compile(dag, arena, &ref, 1), inputs, &out);
-    return out;
-}
-
 static bool same(double a, double b) {
     return a == b || (isnan(a) && isnan(b));
-}
-
-static void print_expression(const Expression *e) {
-    for (int i = 0; i < e->n; i++) {
-        const Step *s = &e->steps[i];
-        print_message("%d: %s a=%d b=%d c=%d value=%.17g input=%d\n", i, op_names[s->op], s->a,
-                      s->b, s->c, s->value, s->input);
-    }
-}
-
-static uint32_t all_ops(Op ops[OP_COUNT], bool with_pow) {
-    uint32_t n = 0;
-    for (int op = 0; op < OP_COUNT; op++) {
-        if (op_operands[op] > 0 && (with_pow || op != OP_POW)) {
-            ops[n++] = (Op)op;
-        }
-    }
-    return n;
 }
 
 static void dag_keeps_every_bit(void **state) {
     (void)state;
     Op ops[OP_COUNT];
-    uint32_t n_ops = all_ops(ops, false), n_compared = 0;
-    seed = 1;
+    uint32_t n_ops = expression_ops(ops, false), n_compared = 0;
+    expression_seed = 1;
     for (int round = 0; round < 3000; round++) {
         Arena arena = {0};
         Dag *dag = dag_new(&arena);
         Expression e;
-        random_expression(&e, ops, n_ops, 10 + (int)random_int(MAX_STEPS - 10));
-        Ref ref = build(dag, &e);
+        expression_random(&e, ops, n_ops, 10 + (int)expression_int(MAX_STEPS - 10));
+        Ref ref = expression_build(dag, &e);
         for (int k = 0; k < 3; k++) {
-            double in[N_INPUTS] = {random_real(-3, 3), random_real(-3, 3), random_real(-3, 3)};
+            double in[N_INPUTS] = {expression_real(-3, 3), expression_real(-3, 3),
+                                   expression_real(-3, 3)};
             if (k == 2) { // p may be anything
                 in[2] = round % 2 ? NAN : INFINITY;
             }
-            double expected, got = run(dag, &arena, ref, in);
-            if (evaluate(&e, in, true, &expected)) {
+            double expected, got = expression_run(dag, &arena, ref, in);
+            if (expression_evaluate(&e, in, true, &expected)) {
                 n_compared++;
                 if (!same(got, expected)) {
-                    print_expression(&e);
+                    expression_print(&e);
                     fail_msg("round %d: %.17g, expected %.17g at %g %g %g", round, got, expected,
                              in[0], in[1], in[2]);
                 }
@@ -258,7 +51,7 @@ static double ulps(double x, double y) {
 // One operation at a time, against the C library.
 static void dag_agrees_with_libm(void **state) {
     (void)state;
-    seed = 2;
+    expression_seed = 2;
     for (int op = 0; op < OP_COUNT; op++) {
         if (op_operands[op] == 0) {
             continue;
@@ -267,13 +60,14 @@ static void dag_agrees_with_libm(void **state) {
             Arena arena = {0};
             Dag *dag = dag_new(&arena);
             Expression e = {.n = 0};
-            double in[N_INPUTS] = {random_real(-3, 3), random_real(-3, 3), random_real(-3, 3)};
+            double in[N_INPUTS] = {expression_real(-3, 3), expression_real(-3, 3),
+                                   expression_real(-3, 3)};
             for (int i = 0; i < N_INPUTS; i++) {
                 e.steps[e.n++] = (Step){.op = OP_INPUT, .input = i};
             }
             e.steps[e.n++] = (Step){.op = (Op)op, .a = 0, .b = 1, .c = 2};
-            double expected, got = run(dag, &arena, build(dag, &e), in);
-            evaluate(&e, in, false, &expected);
+            double expected, got = expression_run(dag, &arena, expression_build(dag, &e), in);
+            expression_evaluate(&e, in, false, &expected);
             if (!same(got, expected) && !(ulps(got, expected) <= 2)) {
                 fail_msg("%s: %.17g, expected %.17g", op_names[op], got, expected);
             }
@@ -316,8 +110,8 @@ static void dag_folds_and_shares(void **state) {
     assert_false(dag_is_const(dag, t, NULL));
     // A table is one node however often it is written.
     double copy[5];
-    memcpy(copy, search_table, sizeof copy);
-    assert_int_equal(dag_table_op(dag, OP_SEARCH, t, search_table, 5),
+    memcpy(copy, expression_search, sizeof copy);
+    assert_int_equal(dag_table_op(dag, OP_SEARCH, t, expression_search, 5),
                      dag_table_op(dag, OP_SEARCH, t, copy, 5));
     assert_true(dag_is_const(dag, dag_table_op(dag, OP_SEARCH, one, copy, 5), &value));
     assert_true(value == 3);
@@ -341,8 +135,8 @@ static bool numeric_rate(const Expression *e, const double in[N_INPUTS], double 
         for (int j = 0; j < 2; j++) {
             lo[0] = in[0] - h * (j + 1);
             hi[0] = in[0] + h * (j + 1);
-            evaluate(e, lo, false, &f[2 * j]);
-            evaluate(e, hi, false, &f[2 * j + 1]);
+            expression_evaluate(e, lo, false, &f[2 * j]);
+            expression_evaluate(e, hi, false, &f[2 * j + 1]);
         }
         estimate[k] = (8 * (f[1] - f[0]) - (f[3] - f[2])) / (12 * h);
     }
@@ -354,23 +148,24 @@ static bool numeric_rate(const Expression *e, const double in[N_INPUTS], double 
 static void dag_rates_match_differences(void **state) {
     (void)state;
     uint32_t n_ops = sizeof smooth_ops / sizeof *smooth_ops, n_compared = 0, n_moving = 0;
-    seed = 3;
+    expression_seed = 3;
     for (int round = 0; round < 6000; round++) {
         Arena arena = {0};
         Dag *dag = dag_new(&arena);
         Expression e;
-        random_expression(&e, smooth_ops, n_ops, 9 + (int)random_int(10));
-        double in[N_INPUTS] = {random_real(-3, 3), random_real(-3, 3), random_real(-3, 3)};
+        expression_random(&e, smooth_ops, n_ops, 9 + (int)expression_int(10));
+        double in[N_INPUTS] = {expression_real(-3, 3), expression_real(-3, 3),
+                               expression_real(-3, 3)};
         double expected;
         bool is_opaque = false;
-        Ref rate = dag_diff(dag, build(dag, &e), IN_T, 1e-5, &is_opaque);
-        double got = run(dag, &arena, rate, in);
+        Ref rate = dag_diff(dag, expression_build(dag, &e), IN_T, 1e-5, &is_opaque);
+        double got = expression_run(dag, &arena, rate, in);
         double value;
-        if (evaluate(&e, in, false, &value) && numeric_rate(&e, in, &expected)) {
+        if (expression_evaluate(&e, in, false, &value) && numeric_rate(&e, in, &expected)) {
             n_compared++;
             n_moving += expected != 0;
             if (!(fabs(got - expected) <= 2e-5 * (1 + fabs(expected)))) {
-                print_expression(&e);
+                expression_print(&e);
                 fail_msg("round %d: rate %.17g, expected %.17g at %.17g %.17g %.17g", round, got,
                          expected, in[0], in[1], in[2]);
             }
@@ -383,7 +178,7 @@ static void dag_rates_match_differences(void **state) {
 
 static double rate_at(Dag *dag, Arena *arena, Ref ref, double t) {
     double in[N_INPUTS] = {t, 0, 0};
-    return run(dag, arena, dag_diff(dag, ref, IN_T, 1e-4, NULL), in);
+    return expression_run(dag, arena, dag_diff(dag, ref, IN_T, 1e-4, NULL), in);
 }
 
 static void dag_rates_from_the_right(void **state) {
@@ -413,31 +208,33 @@ static void dag_rates_from_the_right(void **state) {
 static void dag_substitutes(void **state) {
     (void)state;
     Op ops[OP_COUNT];
-    uint32_t n_ops = all_ops(ops, true), n_compared = 0;
-    seed = 4;
+    uint32_t n_ops = expression_ops(ops, true), n_compared = 0;
+    expression_seed = 4;
     for (int round = 0; round < 1000; round++) {
         Arena arena = {0};
         Dag *dag = dag_new(&arena);
         Expression f, g, h;
-        random_expression(&f, ops, n_ops, 8 + (int)random_int(20));
-        random_expression(&g, ops, n_ops, 12);
-        random_expression(&h, ops, n_ops, 12);
-        Ref with[2] = {build(dag, &g), build(dag, &h)};
+        expression_random(&f, ops, n_ops, 8 + (int)expression_int(20));
+        expression_random(&g, ops, n_ops, 12);
+        expression_random(&h, ops, n_ops, 12);
+        Ref with[2] = {expression_build(dag, &g), expression_build(dag, &h)};
         Input inputs[2] = {IN_T, IN_U};
-        Ref whole = dag_substitute_all(dag, build(dag, &f), inputs, with, 2);
-        double in[N_INPUTS] = {random_real(-3, 3), random_real(-3, 3), random_real(-3, 3)};
-        double inner[N_INPUTS] = {run(dag, &arena, with[0], in), run(dag, &arena, with[1], in),
-                                  in[2]};
+        Ref whole = dag_substitute_all(dag, expression_build(dag, &f), inputs, with, 2);
+        double in[N_INPUTS] = {expression_real(-3, 3), expression_real(-3, 3),
+                               expression_real(-3, 3)};
+        double inner[N_INPUTS] = {expression_run(dag, &arena, with[0], in),
+                                  expression_run(dag, &arena, with[1], in), in[2]};
         double unused;
-        bool is_certain = evaluate(&g, in, true, &unused) && evaluate(&h, in, true, &unused) &&
-                          evaluate(&f, inner, true, &unused);
+        bool is_certain = expression_evaluate(&g, in, true, &unused) &&
+                          expression_evaluate(&h, in, true, &unused) &&
+                          expression_evaluate(&f, inner, true, &unused);
         // t and T are taken to be finite, so t*0 was 0 before it was replaced.
         if (is_certain && isfinite(inner[0]) && inner[0] != 0 && inner[1] != 0) {
             n_compared++;
-            double got = run(dag, &arena, whole, in);
-            double expected = run(dag, &arena, build(dag, &f), inner);
+            double got = expression_run(dag, &arena, whole, in);
+            double expected = expression_run(dag, &arena, expression_build(dag, &f), inner);
             if (!same(got, expected)) {
-                print_expression(&f);
+                expression_print(&f);
                 fail_msg("round %d: %.17g, expected %.17g", round, got, expected);
             }
         }
@@ -478,20 +275,20 @@ static const Op bent_ops[] = {OP_ADD, OP_SUB, OP_FLOOR, OP_CEIL, OP_ROUND,  OP_M
 // With these operations every motion is piecewise linear, provided that divisors are constant: so
 // between two breaks it must be straight.
 static void random_bent(Expression *e) {
-    random_expression(e, bent_ops, sizeof bent_ops / sizeof *bent_ops, 9 + (int)random_int(12));
+    expression_random(e, bent_ops, sizeof bent_ops / sizeof *bent_ops, 9 + (int)expression_int(12));
     for (int i = 0; i < e->n; i++) {
         Step *s = &e->steps[i];
         if (s->op == OP_INPUT) {
             s->input = 0;
         } else if (s->op == OP_MOD) {
-            s->b = 3 + (int)random_int(4);
+            s->b = 3 + (int)expression_int(4);
         }
     }
 }
 
 static void dag_breaks_are_complete(void **state) {
     (void)state;
-    seed = 5;
+    expression_seed = 5;
     uint32_t n_straight = 0, n_bent = 0;
     for (int round = 0; round < 1500; round++) {
         Arena arena = {0};
@@ -499,7 +296,7 @@ static void dag_breaks_are_complete(void **state) {
         Expression e;
         random_bent(&e);
         Program *program, *value;
-        Ref ref = build(dag, &e);
+        Ref ref = expression_build(dag, &e);
         uint32_t n = compile_breaks(dag, &arena, ref, &program);
         value = dag_compile(dag, &arena, &ref, 1);
         double f[3] = {0}, floors[3][MAX_BREAKS];
@@ -519,7 +316,7 @@ static void dag_breaks_are_complete(void **state) {
             if (unbroken && isfinite(f[0])) {
                 n_straight++;
                 if (!(fabs(bend) <= 1e-9)) {
-                    print_expression(&e);
+                    expression_print(&e);
                     fail_msg("round %d: unknown break near t = %.17g", round, in[IN_T]);
                 }
             }
@@ -586,7 +383,7 @@ static void dag_is_deep(void **state) {
     program_run1(dag_compile(dag, &arena, roots, 3), inputs, out);
     assert_true(out[0] == 6 && out[1] == 2 && out[2] == 10);
     assert_int_equal(dag_breaks(dag, roots, 3, NULL, 0), 0);
-    assert_true(run(dag, &arena, half, in) == 0.5);
+    assert_true(expression_run(dag, &arena, half, in) == 0.5);
     arena_free(&arena);
 }
 

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// The command line: what was asked for, read by the tables lang/commands.def and lang/options.def.
+//
+// `--name=value`, `--name value`, `-n3`, `-n 3`; letters without argument may be joined (`-qv`);
+// after `--` everything is an operand; options and operands may be mixed. Names are not
+// abbreviated. The last of several wins, except where they add up (LIST).
+#ifndef LANG_OPTIONS_H
+#define LANG_OPTIONS_H
+
+#include <stdio.h>
+
+#include "accel/arena.h"
+#include "lang/frame_list.h"
+
+#define ST4_VERSION "0.1"
+
+typedef enum {
+#define COMMAND(id, name, operands, least, most, help) COMMAND_##id,
+#include "lang/commands.def"
+#undef COMMAND
+    COMMAND_COUNT
+} Command;
+
+typedef struct {
+    const char *name, *operands;
+    unsigned least, most; // operands
+    const char *help;
+} CommandInfo;
+
+extern const CommandInfo command_infos[COMMAND_COUNT];
+
+// Sets of commands, for options.def.
+enum {
+    ON_RENDER = 1 << COMMAND_RENDER,
+    ON_CHECK = 1 << COMMAND_CHECK,
+    ON_INFO = 1 << COMMAND_INFO,
+    ON_COMPARE = 1 << COMMAND_COMPARE,
+    ON_SCENE = ON_RENDER | ON_CHECK,
+    ON_ALL = (1 << COMMAND_COUNT) - 1,
+    SETS_PICTURE = 1 << COMMAND_COUNT
+};
+
+typedef enum {
+#define OPTION(id, letter, name, argument, kind, least, most, fallback, commands, help) OPTION_##id,
+#include "lang/options.def"
+#undef OPTION
+    OPTION_COUNT
+} OptionId;
+
+typedef enum {
+    OPTION_KIND_FLAG,
+    OPTION_KIND_INTEGER, // integer
+    OPTION_KIND_NUMBER,  // number
+    OPTION_KIND_BYTES,   // integer
+    OPTION_KIND_SIZE,    // width, height
+    OPTION_KIND_SHUTTER, // text, known to be a number and a unit
+    OPTION_KIND_FRAMES,  // frames
+    OPTION_KIND_CHOICE,  // integer: index of the word
+    OPTION_KIND_TEXT,    // text alone
+    OPTION_KIND_LIST     // in uses, in order
+} OptionKind;
+
+typedef struct {
+    char letter;      // 0: none
+    const char *name; // without dashes; NULL: a letter only
+    const char *argument;
+    OptionKind kind;
+    double least, most;
+    const char *fallback;
+    unsigned commands;
+    const char *help;
+} OptionInfo;
+
+extern const OptionInfo option_infos[OPTION_COUNT];
+
+// What stands after an option, or its default.
+typedef struct {
+    bool is_set;      // on the command line
+    const char *text; // as given; NULL: neither given nor a default
+    uint64_t integer;
+    double number;
+    uint32_t width, height;
+    FrameList frames;
+} OptionValue;
+
+typedef struct {
+    OptionId option;
+    const char *text; // NULL: a flag
+} OptionUse;
+
+typedef struct {
+    Command command;
+    const char *operands[2];
+    unsigned n_operands;
+    OptionValue values[OPTION_COUNT];
+    const OptionUse *uses; // in order
+    size_t n_uses;
+    const char
+        *recipe; // a command line that makes the same pictures: what cannot change them, such
+                 // as -j, is left out
+} Options;
+
+// Reads the command line. The first operand is the command, or a scene to render. On failure one
+// message goes to `err` and false is returned (the exit status is STATUS_USAGE). Operands are not
+// counted where --help or --version was given. Borrows argv.
+bool options_parse(Arena *arena, int argc, char *const *argv, Options *options, FILE *err);
+
+// The arguments of a LIST option, in order, in the arena; *n gets how many.
+const char *const *options_list(Arena *arena, const Options *options, OptionId option, size_t *n);
+
+// "--name" or "-n", for messages.
+const char *option_spelling(Arena *arena, OptionId option);
+
+static inline bool option_flag(const Options *options, OptionId option) {
+    return options->values[option].is_set;
+}
+
+#endif

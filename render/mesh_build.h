@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the readers of mesh files share while they collect a mesh.
+#ifndef RENDER_MESH_BUILD_H
+#define RENDER_MESH_BUILD_H
+
+#include "render/mesh.h"
+#include "render/mesh_text.h"
+
+enum { MESH_COUNT_LIMIT = INT32_MAX }; // of vertices, of triangles
+
+// The readers. The text is the whole file, from its first byte; its arrays come from the arena.
+MeshStatus mesh_obj_read(Arena *arena, MeshText *text, Mesh *mesh);
+MeshStatus mesh_ply_read(Arena *arena, MeshText *text, Mesh *mesh);
+MeshStatus mesh_stl_read(Arena *arena, MeshText *text, Mesh *mesh);
+
+// By content: a binary STL states its own length, an ASCII one begins with "solid".
+bool mesh_stl_is_binary(const char *bytes, size_t n);
+
+// Exact duplicates by a hash table: numbers keys of three words in order of their first appearance.
+typedef struct {
+    Arena *arena;
+    uint64_t (*keys)[3]; // [n]
+    uint32_t *slots;     // ordinal + 1, 0: empty
+    size_t n, n_slots, capacity;
+} MeshWeld;
+
+uint32_t mesh_weld_add(MeshWeld *weld, const uint64_t key[3]);
+
+// Normals of length 1. Those that have no direction (zero, or not finite, or of vertices that the
+// file gives none) become the area-weighted mean of the faces around, or (0, 0, 1) without any.
+void mesh_normals_finish(Mesh *mesh);
+
+#endif

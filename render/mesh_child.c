@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+// Meshes from a child process with limits on memory and time.
+#include "render/mesh_child.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "render/mesh_assimp.h"
+#include "render/mesh_build.h"
+#include "render/plugin.h"
+
+// The parent's end.
+typedef struct {
+    pid_t pid;
+    int fd;
+    double deadline; // seconds of the monotonic clock
+    bool is_late;
+} Child;
+
+// ---- in the child
+
+static void limit(int what, rlim_t soft, rlim_t hard) {
+    struct rlimit now;
+    if (getrlimit(what, &now) == 0) {
+        now.rlim_cur = soft < now.rlim_max ? soft : now.rlim_max;
+        now.rlim_max = hard < now.rlim_max ? hard : now.rlim_max;
+        setrlimit(what, &now);
+    }
+}
+
+// What the child inherits counts towards its limit of address space.
+static size_t address_space(void) {
+    size_t pages = 0;
+    FILE *f = fopen("/proc/self/statm", "r");
+    if (f) {
+        pages = fscanf(f, "%zu", &pages) == 1 ? pages : 0;
+        fclose(f);
+    }
+    return pages * (size_t)sysconf(_SC_PAGESIZE);
+}
+
+static void confine(const MeshChildLimits *limits) {
+    // No handler of the parent's may run here: it would go on as if it were the parent.
+    static const int signals[] = {SIGINT, SIGTERM, SIGPIPE, SIGSEGV, SIGBUS,
+                                  SIGFPE, SIGILL,  SIGABRT, SIGXCPU};
+    for (size_t i = 0; i < sizeof signals / sizeof signals[0]; i++) {
+        signal(signals[i], SIG_DFL);
+    }
+    // A crash is reported by the parent, in one sentence; not by libraries on the way down.
+    int null = open("/dev/null", O_RDWR);
+    if (null >= 0) {
+        dup2(null, 0);
+        dup2(null, 1);
+        dup2(null, 2);
+    }
+    limit(RLIMIT_CORE, 0, 0);
+    limit(RLIMIT_FSIZE, 0, 0);
+    limit(RLIMIT_CPU, limits->seconds, limits->seconds + 1);
+#ifndef __SANITIZE_ADDRESS__
+    size_t space = address_space() + limits->memory;
+    limit(RLIMIT_AS, space, space);
+#else
+    (void)address_space;
+#endif
+}
+
+void mesh_child_assimp(const void *path, int fd) {
+    MeshStream refusal = {.magic = MESH_STREAM_MAGIC, .status = MESH_BAD_FORMAT};
+    void *symbol =
+        plugin_symbol("st4-assimp.so", "mesh_assimp_send", refusal.message, sizeof refusal.message);
+    if (!symbol) {
+        ssize_t put = write(fd, &refusal, sizeof refusal);
+        (void)put;
+        return;
+    }
+    // POSIX: a pointer from dlsym may be copied into one to a function.
+    int (*assimp_send)(const char *, int);
+    memcpy(&assimp_send, &symbol, sizeof symbol);
+    assimp_send(path, fd);
+}
+
+// ---- in the parent
+
+static double now(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+// False at the end of the stream, on an error, or too late.
+static bool receive(Child *child, void *to, size_t n) {
+    for (size_t done = 0; done < n;) {
+        double left = child->deadline - now();
+        struct pollfd p = {.fd = child->fd, .events = POLLIN};
+        int ready = left > 0 ? poll(&p, 1, (int)(left * 1000) + 1) : 0;
+        if (ready == 0) {
+            child->is_late = true;
+            return false;
+        }
+        if (ready < 0 && errno == EINTR) {
+            continue;
+        }
+        ssize_t got = ready < 0 ? -1 : read(child->fd, (char *)to + done, n - done);
+        if (got < 0 && errno == EINTR) {
+            continue;
+        }
+        if (got <= 0) {
+            return false;
+        }
+        done += (size_t)got;
+    }
+    return true;
+}
+
+static bool start(Child *child, MeshChildBody *body, const void *argument,
+                  const MeshChildLimits *limits) {
+    int ends[2];
+    if (pipe(ends) != 0) {
+        return false;
+    }
+    child->deadline = now() + limits->wait;
+    child->fd = ends[0];
+    child->pid = fork();
+    if (child->pid == 0) {
+        close(ends[0]);
+        confine(limits);
+        body(argument, ends[1]);
+        _exit(0);
+    }
+    close(ends[1]);
+    if (child->pid < 0) {
+        int code = errno;
+        close(ends[0]);
+        errno = code;
+        return false;
+    }
+    return true;
+}
+
+// How it ended; killed where it still runs, since nothing more is wanted from it.
+static int stop(Child *child, bool is_wanted) {
+    int status = 0;
+    close(child->fd);
+    if (is_wanted || child->is_late) {
+        kill(child->pid, SIGKILL);
+    }
+    while (waitpid(child->pid, &status, 0) < 0 && errno == EINTR) {
+    }
+    return status;
+}
+
+static MeshStatus explain(const Child *child, int status, char *message, size_t n) {
+    int by = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+    if (child->is_late || by == SIGXCPU) {
+        snprintf(message, n, "the reader in its own process took too long and was stopped");
+        return MESH_TOO_LARGE;
+    }
+    if (by == SIGKILL) {
+        snprintf(message, n, "the reader in its own process was killed, perhaps out of memory");
+        return MESH_TOO_LARGE;
+    }
+    if (by) {
+        snprintf(message, n, "the reader in its own process crashed (%s)", strsignal(by));
+    } else {
+        snprintf(message, n, "the reader in its own process crashed (it ended early)");
+    }
+    return MESH_BAD_FORMAT;
+}
+
+static bool is_plausible(const MeshStream *header) {
+    return header->magic == MESH_STREAM_MAGIC && header->status <= MESH_TOO_LARGE &&
+           header->n_vertices <= MESH_COUNT_LIMIT && header->n_triangles <= MESH_COUNT_LIMIT;
+}
+
+static bool receive_arrays(Child *child, Arena *arena, const MeshStream *header, Mesh *mesh) {
+    size_t n = header->n_vertices, m = header->n_triangles;
+    *mesh = (Mesh){.n_vertices = (uint32_t)n, .n_triangles = (uint32_t)m};
+    mesh->position = ARENA_ARRAY(arena, 3 * n, double);
+    mesh->normal = header->has_normal ? ARENA_ARRAY(arena, 3 * n, float) : NULL;
+    mesh->uv = header->has_uv ? ARENA_ARRAY(arena, 2 * n, float) : NULL;
+    mesh->index = ARENA_ARRAY(arena, 3 * m, uint32_t);
+    return receive(child, mesh->position, 3 * n * sizeof(double)) &&
+           (!mesh->normal || receive(child, mesh->normal, 3 * n * sizeof(float))) &&
+           (!mesh->uv || receive(child, mesh->uv, 2 * n * sizeof(float))) &&
+           receive(child, mesh->index, 3 * m * sizeof(uint32_t));
+}
+
+static MeshStatus check(Mesh *mesh, char *message, size_t n) {
+    for (size_t i = 0; i < 3 * (size_t)mesh->n_triangles; i++) {
+        if (mesh->index[i] >= mesh->n_vertices) {
+            snprintf(message, n, "face %zu: index %u is beyond the %u vertices", i / 3,
+                     mesh->index[i], mesh->n_vertices);
+            return MESH_BAD_FORMAT;
+        }
+    }
+    if (mesh->normal) {
+        mesh_normals_finish(mesh);
+    }
+    return MESH_OK;
+}
+
+// The child's sentence, as one line of printable text, without the full stop.
+static void copy_message(const MeshStream *header, char *message, size_t n) {
+    size_t length = 0;
+    while (length < sizeof header->message && length + 1 < n && header->message[length]) {
+        unsigned char c = (unsigned char)header->message[length];
+        message[length++] = c < 0x20 || c == 0x7f ? ' ' : (char)c;
+    }
+    message[length] = '\0';
+}
+
+MeshStatus mesh_child_read(Arena *arena, MeshChildBody *body, const void *argument,
+                           const MeshChildLimits *limits, Mesh *mesh, char *message, size_t n) {
+    Child child = {0};
+    MeshStream header;
+    if (!start(&child, body, argument, limits)) {
+        snprintf(message, n, "cannot start the reader: %s", strerror(errno));
+        return MESH_BAD_FORMAT;
+    }
+    bool is_whole = receive(&child, &header, sizeof header);
+    bool is_refused = is_whole && is_plausible(&header) && header.status != MESH_OK;
+    if (is_whole && !is_plausible(&header)) {
+        stop(&child, true);
+        snprintf(message, n, "the reader in its own process sent nonsense");
+        return MESH_BAD_FORMAT;
+    }
+    is_whole = is_refused || (is_whole && receive_arrays(&child, arena, &header, mesh));
+    int status = stop(&child, is_whole);
+    if (!is_whole) {
+        return explain(&child, status, message, n);
+    }
+    if (is_refused) {
+        copy_message(&header, message, n);
+        return (MeshStatus)header.status;
+    }
+    return check(mesh, message, n);
+}

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// Progress on standard error.
+#include "render/progress.h"
+
+#include <time.h>
+
+double progress_clock(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+// Seconds between two lines.
+static double interval(const Progress *progress) {
+    return progress->kind == PROGRESS_BAR ? 0.1 : 1;
+}
+
+void progress_begin(Progress *progress, ProgressKind kind, uint64_t total) {
+    double now = progress_clock();
+    *progress = (Progress){.kind = kind, .total = total, .start = now, .next = now};
+}
+
+void progress_frame(Progress *progress, int64_t frame) {
+    progress->frame = frame;
+}
+
+static void print_bar(const Progress *progress, double done, double rate, double left) {
+    enum { WIDTH = 24 };
+    static const char marks[] = "========================";
+    int n = (int)(done * WIDTH);
+    fprintf(stderr, "\r\033[K%3d %% [%.*s%*s] frame %lld, %.2f Msamples/s", (int)(done * 100), n,
+            marks, WIDTH - n, "", (long long)progress->frame, rate * 1e-6);
+    if (left < 100) {
+        fprintf(stderr, ", %.0f s left", left);
+    } else {
+        fprintf(stderr, ", %.0f min left", left / 60);
+    }
+    fflush(stderr);
+}
+
+static void print(const Progress *progress, uint64_t n_done, double now) {
+    double seconds = now - progress->start;
+    double done = progress->total ? (double)n_done / (double)progress->total : 1;
+    double rate = seconds > 0 ? (double)n_done / seconds : 0;
+    double left = rate > 0 ? (double)(progress->total - n_done) / rate : 0;
+    if (progress->kind == PROGRESS_BAR) {
+        print_bar(progress, done, rate, left);
+    } else {
+        fprintf(stderr,
+                "{\"version\":1,\"event\":\"progress\",\"frame\":%lld,\"done\":%.4f,"
+                "\"samples_per_second\":%.0f,\"seconds_left\":%.1f}\n",
+                (long long)progress->frame, done, rate, left);
+    }
+}
+
+void progress_add(Progress *progress, uint64_t samples) {
+    uint64_t done = __atomic_add_fetch(&progress->done, samples, __ATOMIC_RELAXED);
+    if (progress->kind == PROGRESS_NONE) {
+        return;
+    }
+    double now = progress_clock();
+#pragma omp critical(progress)
+    if (now >= progress->next || done == progress->total) {
+        progress->next = now + interval(progress);
+        print(progress, done, now);
+    }
+}
+
+void progress_end(Progress *progress) {
+    if (progress->kind == PROGRESS_BAR) {
+        fputs("\r\033[K", stderr);
+        fflush(stderr);
+    }
+}

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far a run is, on standard error: a line that redraws itself for people, a line of JSON now and
+// then for programs.
+#ifndef RENDER_PROGRESS_H
+#define RENDER_PROGRESS_H
+
+#include "render/render.h"
+
+typedef struct {
+    ProgressKind kind;
+    uint64_t total, done; // samples, of all frames
+    int64_t frame;
+    double start, next; // seconds of the clock: the first ray, the next line
+} Progress;
+
+double progress_clock(void); // seconds, monotonic
+
+void progress_begin(Progress *progress, ProgressKind kind, uint64_t total);
+// The time that passes until the next samples is not theirs.
+void progress_frame(Progress *progress, int64_t frame);
+void progress_add(Progress *progress, uint64_t samples); // from any thread
+void progress_end(Progress *progress);                   // clears the line
+
+#endif

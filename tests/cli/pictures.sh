@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+# What pictures show: the examples, and a blade that is everywhere within a frame.
+
+test_examples_render() {
+    local scene name
+    for scene in "$ROOT"/examples/*.st4; do
+        name=$(basename "$scene" .st4)
+        expect 0 "$ST4" "$scene" --size 40x30 -s 2 -f 1-2 -o "$name.####.exr" --validate
+        lacks "$err" 'warning:'
+        [ -s "$name.0001.exr" ] && [ -s "$name.0002.exr" ] || fail "$name: no pictures"
+        expect 0 "$ST4" info "$name.0002.exr"
+        has "$out" 40x30
+    done
+}
+
+test_pictures_for_the_eye() {
+    expect 0 "$ST4" "$ROOT/examples/hello.st4" --size 40x30 -s 2 -o eye.png
+    [ "$(head -c 4 eye.png | tail -c 3)" = PNG ] || fail 'not a PNG'
+}
+
+test_bunny_takes_a_mesh() {
+    cat >tetrahedron.obj <<'END'
+v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1
+f 1 3 2
+f 1 2 4
+f 1 4 3
+f 2 3 4
+END
+    expect 0 "$ST4" "$ROOT/examples/bunny.st4" -D model=tetrahedron.obj --size 40x30 -s 2 -f 3 \
+        -o mesh.exr
+    expect 0 "$ST4" "$ROOT/examples/bunny.st4" --size 40x30 -s 2 -f 3 -o own.exr
+    expect 0 "$ST4" compare mesh.exr own.exr
+    expect 1 "$ST4" compare mesh.exr own.exr --fail-above 0.001
+}
+
+# The blade covers a ninth of the circle. Turning evenly, it is at every place of the ring for a
+# ninth of the time, so its blur is a ring that shines a ninth as bright, drawn here without motion.
+test_blade_turning_twice_a_frame_is_a_disc() {
+    cat >blade.st4 <<'END'
+film { size = <80, 80> }
+shutter { angle = 360deg  phase = start }
+camera { from = <0, 0, 5>  fov = 28deg  kind = orthographic }
+sky { color = <0, 0, 0> }
+param from = 0deg
+surface {
+  u = 0.2..1  v = -20deg..20deg  res = <4, 16>
+  fn at(u, v) = <-u*sin(v), u*cos(v), 0>
+  material = glow(<1, 1, 1>, 1)
+  rotate z, from + 2turn * 24 * t
+}
+END
+    cat >ring.st4 <<'END'
+film { size = <80, 80> }
+shutter { length = 0s }
+camera { from = <0, 0, 5>  fov = 28deg  kind = orthographic }
+sky { color = <0, 0, 0> }
+surface {
+  u = 0.2..1  v = 0turn..1turn  res = <4, 144>
+  fn at(u, v) = <-u*sin(v), u*cos(v), 0>
+  material = glow(<1, 1, 1>, 1/9)
+}
+END
+    expect 0 "$ST4" blade.st4 -s 1024 -o blade.exr
+    expect 0 "$ST4" blade.st4 -s 1024 -D from=70deg -o turned.exr
+    expect 0 "$ST4" blade.st4 -s 64 --shutter 0 -o sharp.exr
+    expect 0 "$ST4" ring.st4 -s 1024 -Wno-zero-shutter -o ring.exr
+    expect 0 "$ST4" compare blade.exr ring.exr --metric rmse --fail-above 0.004
+    expect 0 "$ST4" compare turned.exr ring.exr --metric rmse --fail-above 0.004
+    expect 1 "$ST4" compare sharp.exr ring.exr --metric rmse --fail-above 0.1
+}
+
+test_compare_measures() {
+    cat >even.st4 <<'END'
+film { size = <16, 16> }
+param shade = 0.5
+sky { color = <shade, shade, shade> }
+sphere { radius = 0.001  translate <0, -1000, 0> }
+camera { from = <0, 0, 5>  to = <0, 0, 9> }
+END
+    expect 0 "$ST4" even.st4 -s 4 -o a.exr -q
+    expect 0 "$ST4" even.st4 -s 4 -o b.exr -q -D shade=0.625
+    expect 0 "$ST4" compare a.exr a.exr --fail-above 0
+    expect 0 "$ST4" compare a.exr b.exr --metric rmse --fail-above 0.1251
+    expect 1 "$ST4" compare a.exr b.exr --metric rmse --fail-above 0.1249
+    expect 0 "$ST4" compare a.exr b.exr --metric mse --fail-above 0.01563
+    expect 1 "$ST4" compare a.exr b.exr --metric max --fail-above 0.1249
+    expect 3 "$ST4" compare a.exr missing.exr
+    expect 0 "$ST4" even.st4 -s 4 -o small.exr -q --size 8x8
+    expect 3 "$ST4" compare a.exr small.exr
+}
+
+test_statistics_are_json() {
+    expect 0 "$ST4" "$ROOT/examples/head.st4" --size 32x32 -s 2 -f 12 -o head.exr --stats stats.json
+    grep -q '"version"' stats.json || fail "$(cat stats.json)"
+    # Braces, brackets and quotes are in pairs: what a reader of JSON trips over first.
+    local mark
+    for mark in '{ }' '[ ]'; do
+        [ "$(tr -cd "${mark% *}" <stats.json | wc -c)" = "$(tr -cd "${mark#* }" <stats.json | wc -c)" ] ||
+            fail "unbalanced $mark: $(cat stats.json)"
+    done
+    lacks "$(cat stats.json)" nan
+    lacks "$(cat stats.json)" inf
+}
