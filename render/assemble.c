@@ -96,6 +96,9 @@ static Form *add_form(Work *w) {
 
 static Body *add_body(Work *w, Body body) {
     Assembly *out = w->out;
+    if (!body.moves) {
+        body.fixed = body_place(&body, 0);
+    }
     if (body.form) {
         out->bodies =
             arena_grow(w->arena, out->bodies, out->n_bodies, &out->bodies_capacity, sizeof body);
@@ -269,13 +272,9 @@ static void add_instance(Work *w, const Shape *shape, uint32_t instance, uint32_
                  .form = form};
     body.moves = program_reads_time(shape->transform) || program_reads_time(shape->visible) ||
                  (!form && program_reads_time(shape->geometry));
-    if (!body.moves) {
-        body.fixed = body_place(&body, 0);
-        if (!body.fixed.is_present) {
-            return;
-        }
+    if (body.moves || body_place(&body, 0).is_present) {
+        add_body(w, body);
     }
-    add_body(w, body);
 }
 
 static Form *instance_form(Work *w, const Shape *shape, uint32_t instance, uint32_t n) {
