@@ -132,15 +132,15 @@ static void spatial_turns(void **state) {
         Ref3 a = vector(&c, axis), p = vector(&c, v);
         Ref by = scalar(&c, angle);
         values3(&c, spatial_turned(c.dag, p, a, by), got);
-        assert_near3(got, expected, 2e-14);
+        assert_near3(got, expected, 1e-13);
         values3(&c, spatial_quat_rotate(c.dag, spatial_quat(c.dag, a, by), p), got);
-        assert_near3(got, expected, 2e-14);
+        assert_near3(got, expected, 1e-13);
         RefMap map = spatial_map_rotate(c.dag, a, by);
         values3(&c, spatial_map_point(c.dag, &map, p), got);
-        assert_near3(got, expected, 2e-14);
+        assert_near3(got, expected, 1e-13);
         map = spatial_map_quat(c.dag, spatial_quat(c.dag, a, by));
         values3(&c, spatial_map_vector(c.dag, &map, p), got);
-        assert_near3(got, expected, 2e-14);
+        assert_near3(got, expected, 1e-13);
         arena_free(&c.arena);
     }
 }
@@ -190,18 +190,18 @@ static void spatial_composes(void **state) {
         Ref3 p = vector(&c, v);
         RefQuat both = spatial_quat_mul(c.dag, qa, qb);
         values3(&c, spatial_quat_rotate(c.dag, both, p), got);
-        assert_near3(got, expected, 2e-14);
+        assert_near3(got, expected, 1e-13);
         RefMap ma = spatial_map_quat(c.dag, qa), mb = spatial_map_quat(c.dag, qb);
         RefMap m = spatial_map_compose(c.dag, &ma, &mb);
         values3(&c, spatial_map_point(c.dag, &m, p), got);
-        assert_near3(got, expected, 2e-14);
+        assert_near3(got, expected, 1e-13);
         Ref3 back = spatial_quat_rotate(c.dag, spatial_quat_inverse(c.dag, both),
                                         spatial_quat_rotate(c.dag, both, p));
         values3(&c, back, got);
-        assert_near3(got, v, 2e-14);
+        assert_near3(got, v, 1e-13);
         RefQuat again = spatial_quat_exp(c.dag, spatial_quat_log(c.dag, both));
         values3(&c, spatial_quat_rotate(c.dag, again, p), got);
-        assert_near3(got, expected, 2e-14);
+        assert_near3(got, expected, 1e-13);
         arena_free(&c.arena);
     }
 }
@@ -289,7 +289,7 @@ static void spatial_splits(void **state) {
         map_values(&c, &map, a);
         map_values(&c, &joined, b);
         for (int i = 0; i < 12; i++) {
-            assert_near(b[i / 4][i % 4], a[i / 4][i % 4], 3e-14);
+            assert_near(b[i / 4][i % 4], a[i / 4][i % 4], 1e-13);
         }
         values(&c, (Ref[]){parts.rotation.x, parts.rotation.y, parts.rotation.z, parts.rotation.w},
                4, q);
@@ -325,7 +325,7 @@ static void spatial_slerps(void **state) {
         mat_apply(mat_rotation(axis, angle * s), start, expected);
         RefQuat q = spatial_slerp(c.dag, a, b, scalar(&c, s));
         values3(&c, spatial_quat_rotate(c.dag, q, p), got);
-        assert_near3(got, expected, 3e-14);
+        assert_near3(got, expected, 1e-13);
         double qa[4], qb[4], ends[4];
         quat_values(&c, a, qa);
         quat_values(&c, b, qb);
