@@ -73,7 +73,7 @@ void help_print(FILE *out, Command command) {
             print_option(out, &option_infos[i]);
         }
     }
-    fputs("\nExit status: 0 fine, 1 an error in the scene, 2 in the command line, 3 in a file or\n"
-          "for want of memory, 130 interrupted. The manuals: st4(1), st4(5).\n",
+    fputs("\nExit status: 0 fine, 1 an error in the scene, 2 in the command line, 3 in a file\n"
+          "or for want of memory, 130 interrupted. The manuals: st4(1), st4(5).\n",
           out);
 }
