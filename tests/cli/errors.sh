@@ -124,3 +124,11 @@ test_default_names_of_pictures() {
     [ -e out.0002.exr ] || fail "$(ls)"
     [ -z "$(find . -name '*tmp*')" ] || fail "$(ls)"
 }
+
+test_interrupt_keeps_finished_pictures() {
+    echo 'sphere { translate <t/100, 0, 0> }' >long.st4
+    expect 130 timeout --preserve-status -s INT 2 \
+        "$ST4" long.st4 -f 1-1000000 --size 32x32 -s 16 -o long.####.exr
+    expect 0 "$ST4" info long.0001.exr
+    [ -z "$(find . -name '*tmp*')" ] || fail "left behind: $(find . -name '*tmp*' | head -3)"
+}
