@@ -72,13 +72,13 @@ static void report_unit(const SourceFile *file, Token token, Diag *diag) {
     }
     const char *text = file->text - file->base;
     uint32_t lo = token.lo;
-    while (lo < token.hi && strchr("0123456789._", text[lo])) {
-        lo++;
-    }
-    if (text[lo - 1] == '_') {
-        diag_error(diag, (Span){token.lo, token.hi}, "write 1_000_000",
-                   "an underscore in a number stands between two digits");
-        return;
+    for (; lo < token.hi && strchr("0123456789._", text[lo]); lo++) {
+        bool is_between = strchr("0123456789", text[lo - 1]) && strchr("0123456789", text[lo + 1]);
+        if (text[lo] == '_' && (!is_between || lo + 1 == token.hi)) {
+            diag_error(diag, (Span){token.lo, token.hi}, "write 1_000_000",
+                       "an underscore in a number stands between two digits");
+            return;
+        }
     }
     if (lo + 1 < token.hi && (text[lo] == 'e' || text[lo] == 'E') &&
         strchr("0123456789+-", text[lo + 1])) {
@@ -152,6 +152,14 @@ bool lex_check_text(const SourceFile *file, Diag *diag) {
     const char *hint =
         is_utf16 ? "this looks like UTF-16: save the file as UTF-8" : "save the file as UTF-8";
     for (uint32_t i = 0; i < file->size;) {
+        // Eight ASCII characters at once: no byte has its high bit, and none is 0 (a byte that is
+        // borrows from it when 1 is taken from each).
+        uint64_t eight;
+        memcpy(&eight, text + i, sizeof eight);
+        if (!((eight | (eight - UINT64_C(0x0101010101010101))) & UINT64_C(0x8080808080808080))) {
+            i += 8;
+            continue;
+        }
         unsigned n = utf8_length(text + i);
         Span where = {file->base + i, file->base + i + 1};
         if (!n) {

@@ -112,15 +112,11 @@ static NodeId parse_def(Parser *p) {
 // "for" NAME "in" expr block
 static NodeId parse_for(Parser *p) {
     uint32_t lo = p->token.lo, at, words[2];
-    Symbol name;
+    Symbol name = 0;
     const char *hint = "write for i in 0..9 { ... }";
     parser_advance(p);
-    if (!take_name(p, "a name", hint, &name, &at)) {
-        return 0;
-    }
-    if (!parser_accept_keyword(p, KEYWORD_IN)) {
+    if (take_name(p, "a name", hint, &name, &at) && !parser_accept_keyword(p, KEYWORD_IN)) {
         parser_error_expected(p, "'in'", hint);
-        return 0;
     }
     words[0] = parse_expr(p);
     words[1] = parse_block(p);
@@ -206,14 +202,12 @@ static NodeId parse_values(Parser *p, NodeKind kind, unsigned aux) {
 
 // "sim" NAME NAME block | "joint" NAME NAME block
 static NodeId parse_sim(Parser *p, NodeKind kind) {
-    uint32_t lo = p->token.lo, words[5];
+    uint32_t lo = p->token.lo, words[5] = {0};
     parser_advance(p);
     const char *hint = kind == NODE_SIM ? "write sim rigid Name { ... } or sim state Name { ... }"
                                         : "write joint hinge Name { ... }";
-    if (!take_name(p, "the kind and a name", hint, &words[0], &words[1]) ||
-        !take_name(p, "a name", hint, &words[2], &words[3])) {
-        return 0;
-    }
+    (void)(take_name(p, "the kind and a name", hint, &words[0], &words[1]) &&
+           take_name(p, "a name", hint, &words[2], &words[3]));
     words[4] = parse_block(p);
     return words[4] ? parser_node(p, kind, 0, lo, words_to_extra(p, words, 5), 0) : 0;
 }
@@ -249,76 +243,6 @@ static NodeId parse_path(Parser *p) {
     return path;
 }
 
-// Words of other languages for statements of this one, and words that are nearly one's; false: none.
-static bool hint_word(const char *word, char *hint, size_t size) {
-    static const struct {
-        const char *word, *hint;
-    } others[] = {
-        {"var", "write let"},
-        {"const", "write let"},
-        {"float", "write let"},
-        {"int", "write let"},
-        {"declare", "write let"},
-        {"func", "write fn f(x) = ..."},
-        {"function", "write fn f(x) = ..."},
-        {"macro", "write fn for values, def for shapes"},
-        {"import", "write include \"file.st4\""},
-        {"while", "there is no while: write for i in 0..9 { ... }"},
-        {"object", "write the name of the def: Name { ... }"},
-        {"return", "a function's body is one expression: fn f(x) = ..."},
-    };
-    static const char *const words[] = {
-#define KEYWORD(id, text) text,
-#include "lang/keywords.def"
-#undef KEYWORD
-    };
-    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
-        if (strcmp(others[i].word, word) == 0) {
-            snprintf(hint, size, "%s", others[i].hint);
-            return true;
-        }
-    }
-    const char *near = diag_nearest(word, words, KEYWORD_LAST_STATEMENT);
-    if (near) {
-        snprintf(hint, size, "did you mean '%s'?", near);
-    }
-    return near;
-}
-
-static bool begins_value(TokenKind kind) {
-    return kind == TOKEN_NUMBER || kind == TOKEN_STRING || kind == TOKEN_NAME || kind == TOKEN_LT ||
-           kind == TOKEN_LBRACKET || kind == TOKEN_LPAREN || kind == TOKEN_MINUS;
-}
-
-static const char comparison_in_vector[] =
-    "a comparison inside a vector needs brackets: <1, (a > b), 2>";
-
-// The block of a node is missing. `first` is the path's first name; is_labelled: so are its
-// label or arguments there.
-static void report_no_block(Parser *p, Token first, bool is_dotted, bool is_labelled) {
-    char hint[160] = "";
-    TokenKind kind = p->token.kind;
-    bool is_same_line = !p->token.newline;
-    if (first.lo > p->vector_end && p->vector_end && !first.newline &&
-        (kind == TOKEN_GT || kind == TOKEN_COMMA || kind == TOKEN_PLUS)) {
-        snprintf(hint, sizeof hint, "%s", comparison_in_vector);
-    } else if (!is_same_line && kind == TOKEN_NAME && !is_labelled &&
-               (p->next.kind == TOKEN_LBRACE || p->next.kind == TOKEN_LBRACKET)) {
-        snprintf(hint, sizeof hint, "a label stands on the line of what it labels");
-    } else if (!is_same_line && kind == TOKEN_LPAREN) {
-        snprintf(hint, sizeof hint, "the '(' stands on the line of the name before it");
-    } else if (kind == TOKEN_ASSIGN && is_dotted) {
-        snprintf(hint, sizeof hint, "a property is set in its node's block: film { fps = 24 }");
-    } else if (is_same_line &&
-               hint_word(symbol_text(p->symbols, first.symbol), hint, sizeof hint)) {
-    } else if (kind == TOKEN_COLON || (is_same_line && begins_value(kind) && !is_labelled)) {
-        snprintf(hint, sizeof hint, "to set a property, write %.40s = ...",
-                 symbol_text(p->symbols, first.symbol));
-    }
-    const char *what = is_labelled || is_dotted ? "'{'" : "'=' or '{'";
-    parser_error_expected(p, what, hint[0] ? hint : NULL);
-}
-
 // [ "instance" ] path [ args ] [ label ] block      label = NAME [ "[" expr "]" ] .
 static NodeId parse_object(Parser *p) {
     uint32_t words[7] = {0};
@@ -343,42 +267,14 @@ static NodeId parse_object(Parser *p) {
         }
     }
     if (!p->is_lost && !parser_at(p, TOKEN_LBRACE)) {
-        report_no_block(p, first, is_dotted || words[IS_INSTANCE], words[LABEL] || words[ARGS]);
+        parser_error_no_block(p, first, is_dotted || words[IS_INSTANCE],
+                              words[LABEL] || words[ARGS]);
     }
     words[BLOCK] = parse_block(p);
     if (!words[BLOCK]) {
         return 0;
     }
     return parser_node(p, NODE_OBJECT, 0, lo, words_to_extra(p, words, N_WORDS), 0);
-}
-
-// Something stands where a statement should begin; less_at is of the statement before.
-static void report_no_statement(Parser *p, uint32_t less_at) {
-    TokenKind kind = p->token.kind;
-    const char *hint = NULL;
-    bool follows_vector = p->vector_end && p->vector_end == p->last_hi && !p->token.newline;
-    if (kind == TOKEN_COMMA && less_at) {
-        hint = "'<' after a value compares: a vector as an argument needs brackets, n(<p, q>)";
-    } else if (kind == TOKEN_COMMA) {
-        hint = "statements are not separated by commas";
-    } else if (follows_vector && kind == TOKEN_NUMBER) {
-        hint = comparison_in_vector;
-    } else if (kind == TOKEN_MINUS ||
-               ((kind == TOKEN_LPAREN || kind == TOKEN_LBRACKET) && p->token.newline)) {
-        hint = "to go on with the line above, end that with an operator";
-    } else if (begins_value(kind) || kind == TOKEN_COLON) {
-        hint = "properties are written name = value";
-    } else if (kind == TOKEN_LBRACE) {
-        hint = "a block belongs to a node: group { ... }";
-    } else if (kind == TOKEN_ASSIGN) {
-        hint = "a name stands on the left of '='";
-    }
-    char text[40];
-    int n = p->token.hi - p->token.lo < 32 ? (int)(p->token.hi - p->token.lo) : 32;
-    snprintf(text, sizeof text, "%.*s", n, parser_text(p, p->token.lo));
-    parser_error(p, parser_span(p->token), hint, "expected a statement, found %s%s%s",
-                 kind == TOKEN_STRING ? "a string" : "'", kind == TOKEN_STRING ? "" : text,
-                 kind == TOKEN_STRING ? "" : "'");
 }
 
 static NodeId parse_named_statement(Parser *p) {
@@ -433,61 +329,18 @@ static NodeId parse_named_statement(Parser *p) {
     }
 }
 
-// Bytes before offset on its line.
-static uint32_t indent_of(const Parser *p, uint32_t offset) {
-    const SourceFile *file = p->syntax->file;
-    const char *at = parser_text(p, offset), *start = at;
-    while (start > file->text && start[-1] != '\n') {
-        start--;
-    }
-    return (uint32_t)(at - start);
-}
-
-// Skips to what surely is the next statement: a name that begins a line no further right than
-// this statement did, or, with all brackets closed, `name =` or a line that begins with a name.
-static void skip_statement(Parser *p, Token first, unsigned braces) {
-    uint32_t indent = indent_of(p, first.lo);
-    unsigned keys_braces = p->n_braces > braces ? p->n_braces - braces : 0;
-    unsigned brackets = p->lost_brackets > keys_braces ? p->lost_brackets - keys_braces : 0;
-    if (p->token.lo == first.lo && !parser_at(p, TOKEN_RBRACE)) {
-        parser_advance(p);
-    }
-    for (; !parser_at(p, TOKEN_END); parser_advance(p)) {
-        TokenKind kind = p->token.kind, next = p->next.kind;
-        bool is_line = kind == TOKEN_NAME && p->token.newline;
-        if (is_line && indent_of(p, p->token.lo) <= indent) {
-            p->n_braces = braces;
-            return;
-        }
-        if (kind == TOKEN_LPAREN || kind == TOKEN_LBRACKET) {
-            brackets++;
-        } else if ((kind == TOKEN_RPAREN || kind == TOKEN_RBRACKET) && brackets) {
-            brackets--;
-        }
-        if (p->n_braces > braces) {
-            continue;
-        }
-        bool is_open =
-            next == TOKEN_LBRACE || next == TOKEN_PRIME || next == TOKEN_DOT || begins_value(next);
-        if (kind == TOKEN_RBRACE || kind == TOKEN_SEMICOLON ||
-            (kind == TOKEN_NAME && !brackets && (next == TOKEN_ASSIGN || (is_line && is_open)))) {
-            return;
-        }
-    }
-}
-
 // stmt, or 0 after an error; then the parser stands at the next one.
 static NodeId parse_statement(Parser *p) {
     Token first = p->token;
     unsigned braces = p->n_braces, nesting = p->nesting;
-    size_t base = p->n_stack;
+    size_t base = p->n_stack, n_nodes = p->syntax->n_nodes, n_extra = p->syntax->n_extra;
     uint32_t less_at = p->less_at;
     NodeId node = 0;
     diag_next_statement(p->diag);
     p->less_at = 0;
     p->n_brackets = 0;
     if (first.kind != TOKEN_NAME) {
-        report_no_statement(p, less_at);
+        parser_error_no_statement(p, less_at);
     } else if (p->next.kind == TOKEN_ASSIGN) {
         node = parse_property(p, NODE_PROPERTY);
     } else if (p->next.kind == TOKEN_PRIME) {
@@ -496,10 +349,12 @@ static NodeId parse_statement(Parser *p) {
         node = parse_named_statement(p);
     }
     if (p->is_lost) {
-        skip_statement(p, first, braces);
+        parser_skip_statement(p, first, braces);
         p->is_lost = false;
         p->n_stack = base;
         p->nesting = nesting;
+        p->syntax->n_nodes = n_nodes;
+        p->syntax->n_extra = n_extra;
         node = 0;
     }
     return node;
@@ -522,22 +377,30 @@ static uint32_t parse_statements(Parser *p) {
 
 // block = "{" { stmt } "}" .
 static NodeId parse_block(Parser *p) {
-    uint32_t lo = p->token.lo;
-    if (!parser_expect(p, TOKEN_LBRACE, 0) || !parser_enter(p)) {
+    if (!parser_reach_block(p)) {
         return 0;
     }
+    bool was_lost = p->is_lost;
+    uint32_t lo = p->token.lo;
+    p->is_lost = false;
+    if (!parser_enter(p)) {
+        return 0;
+    }
+    parser_advance(p);
     size_t base = p->n_stack;
     uint32_t n = parse_statements(p);
     ExtraId extra = parser_pop_to_extra(p, base);
     parser_leave(p);
     diag_next_statement(p->diag);
     p->n_brackets = 0;
-    if (parser_at(p, TOKEN_END) && p->is_cut) {
-        p->is_lost = true; // the innermost open block has been reported
+    if (parser_at(p, TOKEN_END)) {
+        parser_error_open_block(p, lo);
         return 0;
     }
-    p->is_cut = parser_at(p, TOKEN_END);
-    return parser_expect(p, TOKEN_RBRACE, lo) ? parser_node(p, NODE_BLOCK, 0, lo, extra, n) : 0;
+    parser_suspect_block(p, lo);
+    parser_advance(p);
+    p->is_lost = was_lost;
+    return was_lost ? 0 : parser_node(p, NODE_BLOCK, 0, lo, extra, n);
 }
 
 // [ "st4" NUMBER ]

@@ -165,15 +165,19 @@ void parser_leave(Parser *p) {
 
 NodeId parser_node(Parser *p, NodeKind kind, unsigned aux, uint32_t lo, uint32_t a, uint32_t b) {
     Syntax *syntax = p->syntax;
-    syntax->nodes = arena_grow(p->arena, syntax->nodes, syntax->n_nodes, &syntax->nodes_capacity,
-                               sizeof *syntax->nodes);
+    if (syntax->n_nodes == syntax->nodes_capacity) {
+        syntax->nodes = arena_grow(p->arena, syntax->nodes, syntax->n_nodes,
+                                   &syntax->nodes_capacity, sizeof *syntax->nodes);
+    }
     syntax->nodes[syntax->n_nodes] =
         (Node){.kind = (uint8_t)kind, .aux = (uint8_t)aux, .lo = lo, .a = a, .b = b};
     return (NodeId)syntax->n_nodes++;
 }
 
 void parser_push(Parser *p, uint32_t word) {
-    p->stack = arena_grow(p->arena, p->stack, p->n_stack, &p->stack_capacity, sizeof *p->stack);
+    if (p->n_stack == p->stack_capacity) {
+        p->stack = arena_grow(p->arena, p->stack, p->n_stack, &p->stack_capacity, sizeof *p->stack);
+    }
     p->stack[p->n_stack++] = word;
 }
 
@@ -181,8 +185,10 @@ ExtraId parser_pop_to_extra(Parser *p, size_t n) {
     Syntax *syntax = p->syntax;
     ExtraId first = (ExtraId)syntax->n_extra;
     for (size_t i = n; i < p->n_stack; i++) {
-        syntax->extra = arena_grow(p->arena, syntax->extra, syntax->n_extra,
-                                   &syntax->extra_capacity, sizeof *syntax->extra);
+        if (syntax->n_extra == syntax->extra_capacity) {
+            syntax->extra = arena_grow(p->arena, syntax->extra, syntax->n_extra,
+                                       &syntax->extra_capacity, sizeof *syntax->extra);
+        }
         syntax->extra[syntax->n_extra++] = p->stack[i];
     }
     p->n_stack = n;

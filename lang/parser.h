@@ -35,6 +35,7 @@ typedef struct {
     bool is_lost;
     bool is_too_deep; // reported; once for a file
     bool is_cut;      // the end of the file came in a block; reported
+    uint32_t suspect; // the first '{' whose '}' stands as if it were another's, or 0
     // For hints, offsets in this statement, or 0:
     uint32_t less_at;    // the last '<' that compares
     uint32_t vector_end; // behind the last vector
@@ -79,12 +80,38 @@ static inline const char *parser_text(const Parser *p, uint32_t offset) {
     return p->syntax->file->text + (offset - p->syntax->file->base);
 }
 
+// lang/parse_errors.c
+static inline bool parser_begins_value(TokenKind kind) {
+    return kind == TOKEN_NUMBER || kind == TOKEN_STRING || kind == TOKEN_NAME || kind == TOKEN_LT ||
+           kind == TOKEN_LBRACKET || kind == TOKEN_LPAREN || kind == TOKEN_MINUS;
+}
+// The block of a node is missing. `first`: the path's first name; is_dotted: more follow, or
+// instance stands before it; is_labelled: its label or arguments are there.
+void parser_error_no_block(Parser *p, Token first, bool is_dotted, bool is_labelled);
+// Something stands where a statement should begin; less_at is of the statement before.
+void parser_error_no_statement(Parser *p, uint32_t less_at);
+// After an error, to the next statement or the '}' of its block.
+void parser_skip_statement(Parser *p, Token first, unsigned braces);
+// At a '{', or, after an error, at the one on the same line. False: there is none, reported.
+bool parser_reach_block(Parser *p);
+// The token is the '}' of the '{' at lo: does it look like another's?
+void parser_suspect_block(Parser *p, uint32_t lo);
+void parser_error_open_block(Parser *p, uint32_t lo);
+
 // lang/parse_expr.c
 NodeId parse_expr(Parser *p);
-NodeId parse_string(Parser *p);
+NodeId parse_sum(Parser *p);
 // To extra: n, (name or 0, offset, value)... The token is '('.
 ExtraId parse_args(Parser *p);
 // "[" expr "]"
 NodeId parse_index(Parser *p);
+// The tree over operands of these heights is one higher; false: too high, reported.
+bool parse_grow(Parser *p, unsigned left, unsigned right, uint32_t lo);
+// OPERATOR_COUNT: none.
+Operator parse_comparison(TokenKind kind);
+
+// lang/parse_value.c
+NodeId parse_prim(Parser *p);
+NodeId parse_string(Parser *p);
 
 #endif

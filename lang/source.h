@@ -15,10 +15,10 @@ typedef struct {
 } Span;
 
 typedef struct {
-    const char *path;     // as the user would name it
-    const char *text;     // NUL-terminated, but may hold NULs before
-    uint32_t base, size;  // its offsets are [base, base + size]
-    Span included_from;   // the string in the include statement; lo == hi == 0 for the main file
+    const char *path;      // as the user would name it
+    const char *text;      // NUL-terminated, but may hold NULs before
+    uint32_t base, size;   // its offsets are [base, base + size]
+    Span included_from;    // the string in the include statement; lo == hi == 0 for the main file
     const uint32_t *lines; // line ends before every 1024th character
 } SourceFile;
 
@@ -26,7 +26,7 @@ typedef struct {
     Arena *arena;
     SourceFile *files;
     size_t n_files, capacity;
-    uint32_t end;         // the next file's base; begins at 1
+    uint32_t end; // the next file's base; begins at 1
 } Sources;
 
 // Copies text. NULL when the space of 2^32 - 16 offsets is full.

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The extents of nodes. A node keeps only where it begins; where it ends is found by lexing again
 // behind the end of its last part, which costs as many steps as the last parts are deep.
-#include "lang/lex.h"
+#include "lang/syntax.h"
 
 #include <string.h>
+
+#include "lang/lex.h"
 
 // The first token at or behind an offset.
 static Token token_at(const Syntax *syntax, uint32_t offset) {

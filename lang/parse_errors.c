@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a statement goes wrong: what is said, and where the parser goes on.
+#include "lang/parser.h"
+
+#include <stdio.h>
+#include <string.h>
+
+// What may have been meant by a word that begins no statement: another language's word, or one
+// that is nearly right. False: nothing known.
+static bool hint_word(const char *word, char *hint, size_t size) {
+    static const struct {
+        const char *word, *hint;
+    } others[] = {
+        {"var", "write let"},
+        {"const", "write let"},
+        {"float", "write let"},
+        {"int", "write let"},
+        {"declare", "write let"},
+        {"func", "write fn f(x) = ..."},
+        {"function", "write fn f(x) = ..."},
+        {"macro", "write fn for values, def for shapes"},
+        {"import", "write include \"file.st4\""},
+        {"while", "there is no while: write for i in 0..9 { ... }"},
+        {"object", "write the name of the def: Name { ... }"},
+        {"return", "a function's body is one expression: fn f(x) = ..."},
+    };
+    static const char *const words[] = {
+#define KEYWORD(id, text) text,
+#include "lang/keywords.def"
+#undef KEYWORD
+    };
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
+        if (strcmp(others[i].word, word) == 0) {
+            snprintf(hint, size, "%s", others[i].hint);
+            return true;
+        }
+    }
+    const char *near = diag_nearest(word, words, KEYWORD_LAST_STATEMENT);
+    if (near) {
+        snprintf(hint, size, "did you mean '%s'?", near);
+    }
+    return near;
+}
+
+static const char comparison_in_vector[] =
+    "a comparison inside a vector needs brackets: <1, (a > b), 2>";
+
+void parser_error_no_block(Parser *p, Token first, bool is_dotted, bool is_labelled) {
+    char hint[160] = "";
+    TokenKind kind = p->token.kind;
+    bool is_same_line = !p->token.newline;
+    if (first.lo > p->vector_end && p->vector_end && !first.newline &&
+        (kind == TOKEN_GT || kind == TOKEN_COMMA || kind == TOKEN_PLUS)) {
+        snprintf(hint, sizeof hint, "%s", comparison_in_vector);
+    } else if (!is_same_line && kind == TOKEN_NAME && !is_labelled &&
+               (p->next.kind == TOKEN_LBRACE || p->next.kind == TOKEN_LBRACKET)) {
+        snprintf(hint, sizeof hint, "a label stands on the line of what it labels");
+    } else if (!is_same_line && kind == TOKEN_LPAREN) {
+        snprintf(hint, sizeof hint, "the '(' stands on the line of the name before it");
+    } else if (kind == TOKEN_ASSIGN && is_dotted) {
+        snprintf(hint, sizeof hint, "a property is set in its node's block: film { fps = 24 }");
+    } else if (is_same_line &&
+               hint_word(symbol_text(p->symbols, first.symbol), hint, sizeof hint)) {
+    } else if (kind == TOKEN_COLON || (is_same_line && parser_begins_value(kind) && !is_labelled)) {
+        snprintf(hint, sizeof hint, "to set a property, write %.40s = ...",
+                 symbol_text(p->symbols, first.symbol));
+    }
+    const char *what = is_labelled || is_dotted ? "'{'" : "'=' or '{'";
+    parser_error_expected(p, what, hint[0] ? hint : NULL);
+}
+
+void parser_error_no_statement(Parser *p, uint32_t less_at) {
+    TokenKind kind = p->token.kind;
+    const char *hint = NULL;
+    bool follows_vector = p->vector_end && p->vector_end == p->last_hi && !p->token.newline;
+    if (kind == TOKEN_COMMA && less_at) {
+        parser_error(p, (Span){less_at, less_at + 1},
+                     "a vector as an argument needs brackets: n(<p, q>)",
+                     "'<' after a value compares, and no ',' can follow a comparison here");
+        return;
+    }
+    if (kind == TOKEN_COMMA) {
+        hint = "statements are not separated by commas";
+    } else if (follows_vector && kind == TOKEN_NUMBER) {
+        hint = comparison_in_vector;
+    } else if (kind == TOKEN_MINUS ||
+               ((kind == TOKEN_LPAREN || kind == TOKEN_LBRACKET) && p->token.newline)) {
+        hint = "to go on with the line above, end that with an operator";
+    } else if (parser_begins_value(kind) || kind == TOKEN_COLON) {
+        hint = "properties are written name = value";
+    } else if (kind == TOKEN_LBRACE) {
+        hint = "a block belongs to a node: group { ... }";
+    } else if (kind == TOKEN_ASSIGN) {
+        hint = "a name stands on the left of '='";
+    }
+    char text[40];
+    int n = p->token.hi - p->token.lo < 32 ? (int)(p->token.hi - p->token.lo) : 32;
+    snprintf(text, sizeof text, "%.*s", n, parser_text(p, p->token.lo));
+    parser_error(p, parser_span(p->token), hint, "expected a statement, found %s%s%s",
+                 kind == TOKEN_STRING ? "a string" : "'", kind == TOKEN_STRING ? "" : text,
+                 kind == TOKEN_STRING ? "" : "'");
+}
+
+// Of the line of offset, but not more than LONGEST_INDENT before it: nobody indents that far, and
+// a file of one line stays quick.
+enum { LONGEST_INDENT = 4096 };
+
+static const char *line_start(const Parser *p, uint32_t offset) {
+    const char *at = parser_text(p, offset), *start = at;
+    while (start > p->syntax->file->text && start[-1] != '\n' && at - start < LONGEST_INDENT) {
+        start--;
+    }
+    return start;
+}
+
+// Characters before offset on its line.
+static uint32_t indent_of(const Parser *p, uint32_t offset) {
+    return (uint32_t)(parser_text(p, offset) - line_start(p, offset));
+}
+
+// Spaces at the beginning of the line of offset.
+static uint32_t line_indent(const Parser *p, uint32_t offset) {
+    const char *start = line_start(p, offset);
+    return (uint32_t)strspn(start, " \t");
+}
+
+// Skips to what surely is the next statement: a name that begins a line no further right than
+// this statement did, or, with all brackets closed, `name =` or a line that begins with a name.
+void parser_skip_statement(Parser *p, Token first, unsigned braces) {
+    uint32_t indent = indent_of(p, first.lo);
+    unsigned keys_braces = p->n_braces > braces ? p->n_braces - braces : 0;
+    unsigned brackets = p->lost_brackets > keys_braces ? p->lost_brackets - keys_braces : 0;
+    if (p->token.lo == first.lo && !parser_at(p, TOKEN_RBRACE)) {
+        parser_advance(p);
+    }
+    for (; !parser_at(p, TOKEN_END); parser_advance(p)) {
+        TokenKind kind = p->token.kind, next = p->next.kind;
+        bool is_line = kind == TOKEN_NAME && p->token.newline;
+        if (is_line && indent_of(p, p->token.lo) <= indent) {
+            p->n_braces = braces;
+            return;
+        }
+        if (kind == TOKEN_LPAREN || kind == TOKEN_LBRACKET) {
+            brackets++;
+        } else if ((kind == TOKEN_RPAREN || kind == TOKEN_RBRACKET) && brackets) {
+            brackets--;
+        }
+        if (p->n_braces > braces) {
+            continue;
+        }
+        bool is_open = next == TOKEN_LBRACE || next == TOKEN_PRIME || next == TOKEN_DOT ||
+                       parser_begins_value(next);
+        if (kind == TOKEN_RBRACE || kind == TOKEN_SEMICOLON ||
+            (kind == TOKEN_NAME && !brackets && (next == TOKEN_ASSIGN || (is_line && is_open)))) {
+            return;
+        }
+    }
+}
+
+// Where a '{' stands on this line behind a mistake, its block is read for the mistakes in it.
+bool parser_reach_block(Parser *p) {
+    if (!p->is_lost && parser_at(p, TOKEN_LBRACE)) {
+        return true;
+    }
+    parser_expect(p, TOKEN_LBRACE, 0);
+    while (!p->lost_brackets && !p->token.newline && !parser_at(p, TOKEN_LBRACE) &&
+           !parser_at(p, TOKEN_RBRACE) && !parser_at(p, TOKEN_SEMICOLON) &&
+           !parser_at(p, TOKEN_END)) {
+        parser_advance(p);
+    }
+    return !p->lost_brackets && !p->token.newline && parser_at(p, TOKEN_LBRACE);
+}
+
+// A '}' further left than the line of its '{' is probably that of an outer block.
+void parser_suspect_block(Parser *p, uint32_t lo) {
+    if (!p->suspect && p->token.newline && line_indent(p, p->token.lo) < line_indent(p, lo)) {
+        p->suspect = lo;
+    }
+}
+
+// The file has ended in a block; said once, of the one that most probably lacks its '}'.
+void parser_error_open_block(Parser *p, uint32_t lo) {
+    if (!p->is_cut && !p->is_too_deep) {
+        uint32_t at = p->suspect ? p->suspect : lo;
+        parser_error(p, (Span){at, at + 1}, NULL, "block without a closing '}'");
+    }
+    p->is_cut = p->is_lost = true;
+}
