@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light transport: paths from the camera, each at one instant, which everything on it shares.
+//
+// At each surface the lights are asked by shadow rays and one direction is followed, for `bounces`
+// bounces; one ray more looks for the sky, for what glows and, from rough metals and coats, for the
+// lights' own shapes. Beyond the fourth bounce a path survives with the probability of its weight,
+// which is divided by it.
+#ifndef RENDER_PATH_H
+#define RENDER_PATH_H
+
+#include "render/bsdf.h"
+#include "render/camera.h"
+#include "render/film.h"
+#include "render/filter.h"
+#include "render/light.h"
+#include "render/sampler.h"
+#include "render/world.h"
+
+// What all threads share while a scene is rendered: what need not be asked at each ray.
+typedef struct {
+    const Scene *scene;
+    Filter filter;
+    const BsdfTable *table;           // NULL: nothing is rough
+    double (*material)[BSDF_MAX_OUT]; // outputs of constant material programs
+    bool *material_is_constant;
+    bool draws_time; // something moves and the shutter is no instant
+    bool camera_moves, lights_move;
+    bool has_sky, has_glow;
+} PathScene;
+
+// The camera must not be automatic any more.
+void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene);
+
+// Whether anything in the scene depends on time.
+bool path_scene_is_moving(const Scene *scene);
+
+typedef struct {
+    uint64_t camera_rays, shadow_rays, bounce_rays;
+    uint64_t lens_samples, light_samples, time_samples, film_samples, dropped_samples;
+} PathCounters;
+
+// What was found not to be finite at some instant, for warnings after the frame.
+typedef struct {
+    bool camera, *lights, *materials;
+} PathTroubles;
+
+// One thread's state. lights.lights and troubles' arrays have room for all of the scene's.
+typedef struct {
+    const PathScene *paths;
+    WorldView *view;
+    int64_t frame; // number; 1 is the first
+    double seconds;
+    Camera camera;
+    LightSet lights;
+    PathCounters counters;
+    PathTroubles troubles;
+} PathTracer;
+
+// frame: its number. Evaluates what does not change while the shutter is open.
+void path_tracer_init(PathTracer *tracer, Arena *arena, const PathScene *paths, WorldView *view,
+                      int64_t frame);
+
+// Sample `index` of pixel (x, y); adds it to the film.
+void path_trace(PathTracer *tracer, const Sampler *sampler, uint32_t x, uint32_t y, uint32_t index,
+                Film *film);
+
+#endif
