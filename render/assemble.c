@@ -2,8 +2,8 @@
 // Bodies and forms from shapes: what is shared, what is merged, what is baked.
 #include "render/assemble.h"
 
-#include <stdarg.h>
-#include <stdio.h>
+#include "render/report.h"
+
 #include <string.h>
 #include <time.h>
 
@@ -34,22 +34,6 @@ double film_first_seconds(const Scene *scene) {
     return instant_seconds((Instant){scene->film.first_frame - 1, 0}, scene->film.fps);
 }
 
-void report_warning(const Reporter *reporter, SourceRef where, const char *name, const char *format,
-                    ...) {
-    char message[512];
-    va_list args;
-    va_start(args, format);
-    vsnprintf(message, sizeof message, format, args);
-    va_end(args);
-    if (reporter && reporter->emit) {
-        reporter->emit(reporter->context, where, name, message);
-    }
-}
-
-static const double *loops_of(const Shape *shape, uint32_t instance) {
-    return shape->n_loops ? shape->loops + (size_t)instance * shape->n_loops : NULL;
-}
-
 static Bounds rest_bounds(const Mesh *mesh) {
     Bounds b = bounds_empty();
     for (size_t i = 0; i < mesh->n_vertices; i++) {
@@ -57,32 +41,6 @@ static Bounds rest_bounds(const Mesh *mesh) {
         b = bounds_add(b, vec3(p[0], p[1], p[2]));
     }
     return b;
-}
-
-// Triangles without area in the rest pose. Those with just two corners at one place, as at the poles
-// of a surface, leave no hole and count only where no triangle has area.
-static void report_degenerate(Work *w, const Shape *shape) {
-    const Mesh *mesh = shape->mesh;
-    uint32_t n_flat = 0, n_poles = 0;
-    for (size_t f = 0; f < mesh->n_triangles; f++) {
-        Vec3 p[3];
-        for (int k = 0; k < 3; k++) {
-            const double *x = &mesh->position[3 * (size_t)mesh->index[3 * f + k]];
-            p[k] = vec3(x[0], x[1], x[2]);
-        }
-        Vec3 a = vec3_sub(p[1], p[0]), b = vec3_sub(p[2], p[0]), c = vec3_sub(p[2], p[1]);
-        if (vec3_length(vec3_cross(a, b)) == 0) {
-            int n_zero = (vec3_dot(a, a) == 0) + (vec3_dot(b, b) == 0) + (vec3_dot(c, c) == 0);
-            n_poles += n_zero == 1;
-            n_flat += n_zero != 1;
-        }
-    }
-    n_flat = n_flat + n_poles == mesh->n_triangles ? mesh->n_triangles : n_flat;
-    if (n_flat > 0) {
-        report_warning(w->reporter, shape->where, "degenerate",
-                       "%u of the %u triangles of %s have no area and are not seen", n_flat,
-                       mesh->n_triangles, shape->label);
-    }
 }
 
 static Form *add_form(Work *w) {
@@ -135,7 +93,7 @@ static void prepare(Work *w, Form *form, const Shape *shape, uint32_t first, uin
     form->report.evaluations += s->probe.n < s->all.n ? s->all.n : 0;
     SampleView *views = ARENA_ARRAY(w->arena, n, SampleView);
     for (uint32_t i = 0; i < n; i++) {
-        views[i] = (SampleView){shape, shape->transform, loops_of(shape, first + i)};
+        views[i] = (SampleView){shape, shape->transform, shape_loops(shape, first + i)};
     }
     if (is_in_world) {
         views[0].transform = NULL;
@@ -144,7 +102,7 @@ static void prepare(Work *w, Form *form, const Shape *shape, uint32_t first, uin
     s->n_views = is_in_world ? 1 : n;
     if (shape->breaks) {
         SampleBreaks *breaks = ARENA_NEW(w->arena, SampleBreaks);
-        *breaks = (SampleBreaks){shape, loops_of(shape, first)};
+        *breaks = (SampleBreaks){shape, shape_loops(shape, first)};
         s->breaks = breaks;
         s->n_breaks = 1;
     }
@@ -212,7 +170,7 @@ static bool is_visible(const Shape *shape, uint32_t instance) {
         return true;
     }
     double in[IN_COUNT], seen;
-    shape_inputs(shape, loops_of(shape, instance), 0, in);
+    shape_inputs(shape, shape_loops(shape, instance), 0, in);
     program_run1(shape->visible, in, &seen);
     return seen != 0 && !isnan(seen);
 }
@@ -240,7 +198,7 @@ static void add_sphere_set(Work *w, const Shape *shape, uint32_t object) {
                            .object = object,
                            .form = form,
                            .is_in_world = true,
-                           .loops = loops_of(shape, 0),
+                           .loops = shape_loops(shape, 0),
                            .instances = instances});
     }
 }
@@ -266,7 +224,7 @@ static void bake_instance(Work *w, const Shape *shape, uint32_t instance, uint32
 static void add_instance(Work *w, const Shape *shape, uint32_t instance, uint32_t object,
                          Form *form) {
     Body body = {.shape = shape,
-                 .loops = loops_of(shape, instance),
+                 .loops = shape_loops(shape, instance),
                  .instance = instance,
                  .object = object,
                  .form = form};
@@ -288,7 +246,7 @@ static void add_shape(Work *w, const Shape *shape, uint32_t object) {
     const Program *points = shape->kind == SHAPE_MESH ? shape->vertex : shape->geometry;
     bool is_own = program_reads_loops(points), bakes = is_baked(w, shape);
     if (shape->kind == SHAPE_MESH) {
-        report_degenerate(w, shape);
+        report_degenerate(w->reporter, shape);
         if (shape->mesh->n_triangles == 0) {
             return;
         }
@@ -360,7 +318,7 @@ static void add_baked(Work *w) {
         s->tolerance = fmin(s->tolerance, tolerance_of(w, shape));
         s->samples = shape->samples > s->samples ? shape->samples : s->samples;
         if (shape->breaks && (program_reads_loops(shape->breaks) || w->baked[i].instance == 0)) {
-            breaks[s->n_breaks++] = (SampleBreaks){shape, loops_of(shape, w->baked[i].instance)};
+            breaks[s->n_breaks++] = (SampleBreaks){shape, shape_loops(shape, w->baked[i].instance)};
         }
     }
     s->breaks = breaks;
@@ -389,56 +347,5 @@ Assembly assemble(Arena *arena, const Scene *scene, const RenderOptions *options
 void assembly_destroy(Assembly *assembly) {
     for (uint32_t i = 0; i < assembly->n_forms; i++) {
         form_destroy(assembly->forms[i]);
-    }
-}
-
-static void report_not_finite(const Reporter *reporter, const Form *form) {
-    const char *points = form->kind == GEOMETRY_SPHERES ? "spheres" : "vertices";
-    for (uint32_t k = 0; k < form->geometry.n_keys; k++) {
-        if (form->n_not_finite[k] > 0 && form->moves) {
-            report_warning(reporter, form->shape->where, "not-finite",
-                           "%u of the %u %s of %s are not finite at t = %.9g s and are left out",
-                           form->n_not_finite[k], form->geometry.n_vertices, points,
-                           form->shape->label, form->key_seconds[k]);
-            return;
-        }
-        if (form->n_not_finite[k] > 0) {
-            report_warning(reporter, form->shape->where, "not-finite",
-                           "%u of the %u %s of %s are not finite and are left out",
-                           form->n_not_finite[k], form->geometry.n_vertices, points,
-                           form->shape->label);
-            return;
-        }
-    }
-}
-
-void report_sampling(const Reporter *reporter, const Form *form) {
-    const SampleReport *r = &form->report;
-    const Shape *shape = form->shape;
-    if (form->geometry.n_keys > 0) {
-        report_not_finite(reporter, form);
-    }
-    if (r->has_too_many_breaks) {
-        report_warning(reporter, shape->where, "tolerance-missed",
-                       "the motion of %s jumps more than %d times in a frame; it is sampled at "
-                       "1/%d of a frame and may be off there",
-                       shape->label, SAMPLE_MAX_CUTS, SAMPLE_MAX_CUTS);
-    }
-    if (r->is_missed && form->sampler.samples > 0) {
-        report_warning(reporter, shape->where, "tolerance-missed",
-                       "with samples = %u the motion of %s is off by up to %.3g px (tolerance: "
-                       "%.3g px)",
-                       form->sampler.samples, shape->label, r->error, form->sampler.tolerance);
-    } else if (r->is_missed) {
-        report_warning(
-            reporter, shape->where, "tolerance-missed",
-            "the motion of %s, sampled at 1/%d of a frame, is still off by up to %.3g px "
-            "(tolerance: %.3g px)",
-            shape->label, SAMPLE_MAX_CUTS, r->error, form->sampler.tolerance);
-    }
-    if (r->is_fast_rotation) {
-        report_warning(reporter, shape->where, "fast-rotation",
-                       "with samples = %u %s turns more than a quarter turn between two samples",
-                       form->sampler.samples, shape->label);
     }
 }

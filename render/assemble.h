@@ -22,12 +22,6 @@ void assembly_destroy(Assembly *assembly);
 // The instant that stands for the whole film: its first.
 double film_first_seconds(const Scene *scene);
 
-void report_warning(const Reporter *reporter, SourceRef where, const char *name, const char *format,
-                    ...) __attribute__((format(printf, 4, 5)));
-
-// What sampling found, for the shape of a form. Once for each block.
-void report_sampling(const Reporter *reporter, const Form *form);
-
 // Seconds of a steady clock, for statistics.
 double seconds_now(void);
 

@@ -54,7 +54,7 @@ bool shape_is_sphere_set(const Shape *shape) {
     for (uint32_t i = 0; i < n; i++) {
         double in[IN_COUNT];
         Affine map;
-        shape_inputs(shape, shape->loops + (size_t)i * shape->n_loops, 0, in);
+        shape_inputs(shape, shape_loops(shape, i), 0, in);
         if (!affine_run(shape->transform, in, &map) || !is_similarity(&map)) {
             return false;
         }

@@ -78,6 +78,13 @@ size_t form_bytes(const Form *form) {
            (size_t)form->n_prims * (TREE_BYTES_STILL + form->n_spans * TREE_BYTES);
 }
 
+size_t form_array_bytes(const Form *form) {
+    const Geometry *g = &form->geometry;
+    size_t per_key = (size_t)g->n_vertices * (g->radius ? 4 : 3) * sizeof(float);
+    per_key += form->normal ? form->smoothing.n_normals * sizeof(uint32_t) : 0;
+    return per_key * g->n_keys;
+}
+
 static int compare_spans(const void *a, const void *b) {
     const Span *s = a, *t = b;
     if (s->frame != t->frame) {

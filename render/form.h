@@ -68,6 +68,9 @@ void form_plan(Form *form, const ShutterSpan *shutter);
 // Of the arrays and, roughly, of the tree over them, as planned so far.
 size_t form_bytes(const Form *form);
 
+// Of the arrays as stored.
+size_t form_array_bytes(const Form *form);
+
 // Allocates and lays out. False: more than ACCEL_MAX_KEYS.
 bool form_store(Form *form, double first_seconds);
 void form_store_key(Form *form, uint32_t key);

@@ -30,6 +30,11 @@ bool program_reads_loops(const Program *program);
 // False: no program of it reads the time.
 bool mover_moves(const Mover *mover);
 
+// The loop variables of an instance; NULL: none.
+static inline const double *shape_loops(const Shape *shape, uint32_t instance) {
+    return shape->n_loops ? shape->loops + (size_t)instance * shape->n_loops : NULL;
+}
+
 // Points the inputs of a part at the loop variables of an instance.
 void mover_set_loops(ProgramInputs *in, const Shape *shape, uint32_t instance);
 

@@ -233,7 +233,7 @@ static const Body *resolve(const Body *body, const WorldHit *hit, SurfacePoint *
         }
     }
     const Shape *shape = point->shape;
-    point->loops = shape->n_loops ? shape->loops + (size_t)point->instance * shape->n_loops : NULL;
+    point->loops = shape_loops(shape, point->instance);
     point->material = shape->material;
     return body;
 }

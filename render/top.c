@@ -146,14 +146,13 @@ static void lay_out_ticks(World *world, const Opening *openings, size_t n) {
     }
 }
 
-void top_build(World *world, const RenderOptions *options, const Opening *openings, size_t n,
-               AccelStats *stats) {
+void top_build(World *world, const RenderOptions *options, AccelStats *stats) {
     *stats = (AccelStats){0};
-    lay_out_ticks(world, openings, n);
+    lay_out_ticks(world, world->openings, world->n_openings);
     if (world->parts.n_bodies <= FEW) {
         return;
     }
-    Top top = {.world = world, .openings = openings};
+    Top top = {.world = world, .openings = world->openings};
     for (uint32_t i = 0; i < world->parts.n_bodies; i++) {
         add_body(&top, i);
     }

@@ -26,6 +26,10 @@ void world_destroy(World *world);
 // Bounds of all that is finite at one instant, sampled there alone. False: nothing.
 bool world_bounds_at(const Scene *scene, Instant at, Vec3 *lo, Vec3 *hi);
 
+// Gives a scene whose camera is automatic one that sees everything at the film's first frame, in the
+// middle of its shutter. The program lives in the arena.
+void world_place_camera(Arena *arena, Scene *scene);
+
 // One thread's view of the world at one instant: transforms evaluated so far are kept, so the rays
 // of a path pay for them once.
 typedef struct WorldView WorldView;

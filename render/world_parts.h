@@ -19,6 +19,8 @@ struct World {
     const Scene *scene;
     double fps;
     Assembly parts;
+    Opening *openings; // one for each cell that shutters reach, ascending
+    size_t n_openings; // >= 1
     TickAxis ticks;
     BoxTree *top; // over parts.bodies; NULL: all of the few are asked
 };
@@ -26,13 +28,15 @@ struct World {
 // The tick of an instant; of one outside of all cells, the nearest.
 uint32_t tick_of(const TickAxis *axis, Instant at);
 
-// Builds world->top over the openings of the block: n >= 1, ascending, one for each cell that
-// shutters reach.
-void top_build(World *world, const RenderOptions *options, const Opening *openings, size_t n,
-               AccelStats *stats);
+// Everything but the structures. NULL after an error was reported.
+World *world_sample(const Scene *scene, const RenderOptions *options, const int64_t *frames,
+                    uint32_t n_frames, const Reporter *reporter, uint32_t *n_taken);
+// Assembled only.
+World *world_new(const Scene *scene, const RenderOptions *options, const Reporter *reporter);
+size_t world_memory(const RenderOptions *options);
 
-// Adds a structure's statistics to a sum; kappas are the widest, depths the greatest.
-void stats_add(AccelStats *sum, const AccelStats *more);
+// Builds world->top.
+void top_build(World *world, const RenderOptions *options, AccelStats *stats);
 
 // What a view knows of a body at its instant.
 typedef struct {

@@ -545,6 +545,57 @@ static void baking_keeps_the_picture(void **state) {
     arena_free(&arena);
 }
 
+static void sink_one(void *context, const ShapeMotion *motion) {
+    *(ShapeMotion *)context = *motion;
+}
+
+static void check_measures(void **state) {
+    (void)state;
+    Rig rig;
+    ShapeMotion motion;
+    const int64_t frames[2] = {1, 2};
+    rig_open(&rig, vertex_quarter);
+    rig.options.frames = frames;
+    rig.options.n_frames = 2;
+    assert_int_equal(render_check(&rig.scene, &rig.options, &rig.reporter, sink_one, &motion), 0);
+    Form *form = rig_build(&rig, 1, 2);
+    assert_int_equal(motion.n_keys, form->geometry.n_keys);
+    assert_int_equal(motion.bytes, form->geometry.n_keys * 16 * 3 * sizeof(float));
+    assert_false(motion.moves_as_body);
+    double radius = sqrt(0.5) * PER_METRE;
+    assert_near(motion.pixels_per_frame, radius * 0.5 * PI, 0.01 * radius);
+    assert_true(motion.error_pixels > 0.05 && motion.error_pixels <= 0.25);
+    rig.shape.vertex = NULL;
+    rig.shape.transform = program_turning(&rig.arena, 2 * PI * FPS, vec3(0, 0, 0), vec3(0, 0, 0));
+    assert_int_equal(render_check(&rig.scene, &rig.options, &rig.reporter, sink_one, &motion), 0);
+    assert_int_equal(motion.n_keys, 1);
+    assert_true(motion.moves_as_body);
+    assert_near(motion.pixels_per_frame, radius * 2 * PI, 0.01 * radius);
+    rig_close(&rig);
+}
+
+// A transform that is not finite at the very start: the object is away then, and a warning says so.
+static void transforms_that_are_not_finite(void **state) {
+    (void)state;
+    Rig rig;
+    rig_open(&rig, NULL);
+    Code c = {.n = 0};
+    uint32_t zero = code_number(&c, 0), one = code_number(&c, 1);
+    uint32_t far = code_op(&c, OP_DIV, code_number(&c, 1 / FPS), code_input(&c, IN_T));
+    const uint32_t rows[12] = {one, zero, zero, far, zero, one, zero, zero, zero, zero, one, zero};
+    rig.shape.transform = code_done(&c, &rig.arena, rows, 12);
+    rig_build(&rig, 1, 1);
+    assert_string_equal(rig.reports.names, "not-finite ");
+    WorldView *view = world_view_new(rig.world);
+    WorldHit hit;
+    world_view_time(view, (Instant){0, 0});
+    assert_false(world_closest(view, vec3(1, 0.1, 9), vec3(0, 0, -1), 0, INFINITY, &hit));
+    world_view_time(view, (Instant){0, 0.9});
+    assert_true(world_closest(view, vec3(1 / 0.9, 0.1, 9), vec3(0, 0, -1), 0, INFINITY, &hit));
+    world_view_destroy(view, NULL);
+    rig_close(&rig);
+}
+
 static void creases_split_normals(void **state) {
     (void)state;
     Arena arena = {0};
@@ -616,6 +667,8 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(instances_share_arrays),
     cmocka_unit_test(spheres_become_sets),
     cmocka_unit_test(baking_keeps_the_picture),
+    cmocka_unit_test(check_measures),
+    cmocka_unit_test(transforms_that_are_not_finite),
     cmocka_unit_test(creases_split_normals),
     cmocka_unit_test(normals_survive_packing),
     cmocka_unit_test(flat_triangles_are_warned_of),

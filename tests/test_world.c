@@ -154,7 +154,7 @@ static bool agrees(WorldView *view, const Placed *placed, uint32_t n, Vec3 o, Ve
 static void rays_agree_with_flattened(void **state) {
     (void)state;
     enum { STILL = 40, MOVING = 20, ALL = STILL + MOVING };
-    static const char *const names[] = {"brute", NULL};
+    static const char *const names[] = {"brute", "kd4-thesis", "kd3", NULL};
     uint64_t random = 7;
     for (int run = 0; names[run]; run++) {
         Arena arena = {0};

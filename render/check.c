@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the motion of each shape was sampled: what `st4 check` says without tracing.
+#include "render/report.h"
+#include "render/world_parts.h"
+
+enum {
+    VIEWS = 8, // instances of a shape whose speed is measured
+    PAIRS = 5, // of instants in an opening between which it is
+};
+
+// Frame periods between the two instants of a pair.
+static const double STEP = 1.0 / 256;
+
+typedef struct {
+    const Scene *scene;
+    ShapeMotion *motions;  // [n_shapes]
+    uint32_t *n_last_keys; // [n_shapes], in the block at hand
+} Check;
+
+// ---- Speed
+
+typedef struct {
+    const Scene *scene;
+    const Shape *shape;
+    const double *loops;
+    Mover probe;
+    double *at[2][4];
+} Runner;
+
+static Runner runner_new(Arena *arena, const Scene *scene, const Shape *shape, uint32_t instance) {
+    Runner r = {.scene = scene, .shape = shape};
+    r.loops = shape_loops(shape, instance);
+    bool is_mesh = shape->kind == SHAPE_MESH;
+    MoverPart *part = ARENA_NEW(arena, MoverPart);
+    *part = is_mesh ? mover_mesh(arena, shape, instance)
+                    : (MoverPart){.n = 1, .points = shape->geometry};
+    mover_set_loops(&part->in, shape, instance);
+    Mover all = {part, 1, is_mesh ? 3 : 4, part->n};
+    r.probe = sample_choose(arena, &all, film_first_seconds(scene));
+    for (uint32_t k = 0; k < 2 * all.width; k++) {
+        r.at[k / all.width][k % all.width] = ARENA_ARRAY(arena, r.probe.n, double);
+    }
+    return r;
+}
+
+typedef struct {
+    Camera camera;
+    Affine map;
+} Moment;
+
+static bool moment_at(const Runner *r, int which, Instant at, Moment *moment) {
+    double in[IN_COUNT], seconds = instant_seconds(at, r->scene->film.fps);
+    Arena scratch = {0};
+    mover_run(&r->probe, seconds, &scratch, r->at[which]);
+    arena_free(&scratch);
+    moment->camera = camera_at(r->scene, seconds);
+    shape_inputs(r->shape, r->loops, seconds, in);
+    return affine_run(r->shape->transform, in, &moment->map);
+}
+
+// Pixels between two places of a point: in the picture where the camera sees both, else by the
+// distance.
+static double pixels_between(const Moment m[2], Vec3 a, Vec3 b) {
+    double ax, ay, bx, by, scale;
+    if (!m[0].camera.is_valid || !m[1].camera.is_valid) {
+        return 0;
+    }
+    if (camera_project(&m[0].camera, a, &ax, &ay, &scale) &&
+        camera_project(&m[1].camera, b, &bx, &by, &scale)) {
+        return hypot(bx - ax, by - ay);
+    }
+    return vec3_length(vec3_sub(b, a)) * sample_pixels(&m[1].camera, b);
+}
+
+static double speed_at(const Runner *r, Instant at) {
+    Moment m[2];
+    double most = 0;
+    bool is_there = moment_at(r, 0, at, &m[0]);
+    is_there &= moment_at(r, 1, instant_at(at.frame, at.frac + STEP), &m[1]);
+    for (size_t i = 0; i < r->probe.n && is_there; i++) {
+        Vec3 p[2];
+        for (int k = 0; k < 2; k++) {
+            p[k] = affine_point(&m[k].map, vec3(r->at[k][0][i], r->at[k][1][i], r->at[k][2][i]));
+        }
+        double pixels = pixels_between(m, p[0], p[1]);
+        most = isfinite(pixels) ? fmax(most, pixels / STEP) : most;
+    }
+    return most;
+}
+
+static void measure_speed(Check *check, uint32_t s, const World *world) {
+    const Shape *shape = &check->scene->shapes[s];
+    uint32_t n = shape->n_instances < VIEWS ? shape->n_instances : VIEWS;
+    if (shape->kind == SHAPE_PLANE || (shape->kind == SHAPE_MESH && shape->mesh->n_vertices == 0)) {
+        return;
+    }
+    ShapeMotion *motion = &check->motions[s];
+    for (uint32_t i = 0; i < n; i++) {
+        Arena arena = {0};
+        uint32_t instance = (uint32_t)((uint64_t)i * shape->n_instances / n);
+        Runner runner = runner_new(&arena, check->scene, shape, instance);
+        for (size_t o = 0; o < world->n_openings; o++) {
+            const Opening *open = &world->openings[o];
+            for (int k = 0; k < PAIRS; k++) {
+                double frac = open->lo + (open->hi - open->lo) * k / PAIRS;
+                double speed = speed_at(&runner, instant_at(open->frame, frac));
+                motion->pixels_per_frame = fmax(motion->pixels_per_frame, speed);
+            }
+        }
+        arena_free(&arena);
+    }
+}
+
+// ---- What was sampled
+
+static void count_form(Check *check, uint32_t s, const Form *form) {
+    ShapeMotion *motion = &check->motions[s];
+    uint32_t n_keys = form->geometry.n_keys;
+    check->n_last_keys[s] = n_keys > check->n_last_keys[s] ? n_keys : check->n_last_keys[s];
+    motion->error_pixels = fmax(motion->error_pixels, form->report.error);
+    motion->bytes += form_array_bytes(form);
+}
+
+static void count_block(Check *check, const World *world) {
+    const Assembly *parts = &world->parts;
+    const Scene *scene = check->scene;
+    for (uint32_t s = 0; s < scene->n_shapes; s++) {
+        check->n_last_keys[s] = 0;
+        check->motions[s].bytes = 0;
+    }
+    const Form *last = NULL;
+    const Shape *last_shape = NULL;
+    for (uint32_t i = 0; i < parts->n_bodies; i++) {
+        const Body *body = &parts->bodies[i];
+        if (body->shape && (body->form != last || body->shape != last_shape)) {
+            count_form(check, (uint32_t)(body->shape - scene->shapes), body->form);
+        }
+        for (uint32_t k = 0; k < body->n_parts; k++) {
+            const Shape *shape = body->parts[k].shape;
+            if (k == 0 || shape != body->parts[k - 1].shape) {
+                count_form(check, (uint32_t)(shape - scene->shapes), body->form);
+            }
+        }
+        last = body->form;
+        last_shape = body->shape;
+    }
+    for (uint32_t s = 0; s < scene->n_shapes; s++) {
+        uint32_t n = check->n_last_keys[s];
+        check->motions[s].n_keys = n > 1 ? check->motions[s].n_keys + n : 1;
+        measure_speed(check, s, world);
+    }
+}
+
+int render_check(const Scene *scene, const RenderOptions *options, const Reporter *reporter,
+                 ShapeMotionSink *sink, void *context) {
+    Arena arena = {0};
+    Scene placed = *scene;
+    world_place_camera(&arena, &placed);
+    Check check = {&placed, ARENA_ARRAY(&arena, scene->n_shapes, ShapeMotion),
+                   ARENA_ARRAY(&arena, scene->n_shapes, uint32_t)};
+    bool is_fine = true;
+    for (uint32_t first = 0, n = 0; first < options->n_frames && is_fine; first += n) {
+        World *world = world_sample(&placed, options, options->frames + first,
+                                    options->n_frames - first, reporter, &n);
+        is_fine = world != NULL;
+        if (is_fine) {
+            count_block(&check, world);
+        }
+        world_destroy(world);
+    }
+    for (uint32_t s = 0; s < scene->n_shapes && is_fine; s++) {
+        ShapeMotion *motion = &check.motions[s];
+        motion->shape = &scene->shapes[s];
+        motion->moves_as_body = program_reads_time(motion->shape->transform);
+        sink(context, motion);
+    }
+    arena_free(&arena);
+    return is_fine ? 0 : 1;
+}
