@@ -8,8 +8,8 @@
 //
 //     tick(key, f) = key * TICKS_PER_SPAN + min(floor(f * TICKS_PER_SPAN), TICKS_PER_SPAN - 1),
 //
-// which is exact for every float f in [0, 1], so that no rounding can put a ray on the wrong side of
-// a split in time. f = 1 belongs to the last tick of its own span: the next span may be a gap.
+// which is exact for every float f in [0, 1], so that no rounding can put a ray on the wrong side
+// of a split in time. f = 1 belongs to the last tick of its own span: the next span may be a gap.
 //
 // All structures run the same float kernels (accel/intersect.h) on the same vertices, so every
 // structure gives the same hit for the same ray, bit for bit: the least distance, at equal

@@ -3,9 +3,9 @@
 // (x, y, z, time) are parted by planes in any of the four axes, chosen by one cost (equations 3
 // and 5), into nodes of 8 bytes.
 //
-// Invariant: a box that overlaps a leaf's cell, open against open, is in the leaf's list. A box that
-// only touches a plane is on its own side alone; the padding of the boxes makes up for the rounding
-// of the traversal.
+// Invariant: a box that overlaps a leaf's cell, open against open, is in the leaf's list. A box
+// that only touches a plane is on its own side alone; the padding of the boxes makes up for the
+// rounding of the traversal.
 #ifndef ACCEL_KD4_H
 #define ACCEL_KD4_H
 

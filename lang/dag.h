@@ -2,8 +2,8 @@
 // Expressions over time as a graph of scalars: what the evaluator's values are made of.
 //
 // Evaluating a script computes with graph nodes instead of numbers: a number is a constant node, a
-// vector is three nodes, `t` is an input. Nodes are hash-consed (equal expressions are one node) and
-// folded as they are made, so what does not mention t is a number as soon as it exists, common
+// vector is three nodes, `t` is an input. Nodes are hash-consed (equal expressions are one node)
+// and folded as they are made, so what does not mention t is a number as soon as it exists, common
 // subexpressions cost once, and functions vanish by being applied. What remains is compiled to a
 // render/program.h program. Folding uses program_fold(): folded and computed results agree in
 // their bits.

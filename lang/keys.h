@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // `keys` tables: values at instants, and what lies between, as graphs of the clock.
 //
-// At a key's time the value is the key's value, bit for bit (rotations: it or its negative, the same
-// rotation); a span belongs to [its key, the next key), so a step jumps just at its key's time.
-// Under `loop` the first key follows the last without delay: at the last key's time the value is
-// the first key's. Key times are constants. Values are mostly constants, and then looked up in
+// At a key's time the value is the key's value, bit for bit (rotations: it or its negative, the
+// same rotation); a span belongs to [its key, the next key), so a step jumps just at its key's
+// time. Under `loop` the first key follows the last without delay: at the last key's time the value
+// is the first key's. Key times are constants. Values are mostly constants, and then looked up in
 // tables; values that move are chosen between.
 //
 // Spans. linear: v + s dv, s going from 0 to 1. smooth: cubic Hermite whose speed at a key is that

@@ -13,16 +13,17 @@
 
 // Zeroed: nothing is overridden. Strings are borrowed for the call.
 typedef struct {
-    const char *const *defines;      // "NAME=EXPR", one for each -D, the last of a name wins
+    const char *const *defines; // "NAME=EXPR", one for each -D, the last of a name wins
     size_t n_defines;
-    const char *const *include_dirs; // -I, searched in order after the folder of the file that names
+    const char *const
+        *include_dirs; // -I, searched in order after the folder of the file that names
     size_t n_include_dirs;
     uint32_t width, height;          // --size; 0: as the film says
     double fps;                      // --fps; 0: as the film says. Rules the unit f as well
     const char *shutter;             // --shutter: "180deg", "4f", "0", any expression; NULL
     int64_t first_frame, last_frame; // only where has_frames
     bool has_frames;
-    uint64_t max_steps;              // of evaluation, before the script is refused; 0: 2^28
+    uint64_t max_steps; // of evaluation, before the script is refused; 0: 2^28
 } LoadOptions;
 
 typedef struct Loading Loading; // syntax trees, graph and scopes
@@ -34,13 +35,14 @@ typedef struct {
                               // names is missing, unreadable or damaged
     const char *const *files; // every file read, in order, the script first; "-" is standard input
     size_t n_files;
-    Loading *loading;         // for scene_eval
+    Loading *loading; // for scene_eval
 } LoadedScene;
 
-// path: the script; "-" is standard input. text: NULL, or the script's text, used instead of reading
-// (path is then what messages and relative paths go by). Reports to diag; warnings leave status 0.
-// An unreadable script is reported too. The scene and everything it points to is allocated from
-// arena; the rest lives in *loaded until scene_load_free, which the caller may call at once.
+// path: the script; "-" is standard input. text: NULL, or the script's text, used instead of
+// reading (path is then what messages and relative paths go by). Reports to diag; warnings leave
+// status 0. An unreadable script is reported too. The scene and everything it points to is
+// allocated from arena; the rest lives in *loaded until scene_load_free, which the caller may call
+// at once.
 void scene_load(Arena *arena, Sources *sources, Diag *diag, const char *path, const char *text,
                 size_t text_size, const LoadOptions *options, LoadedScene *loaded);
 
@@ -49,9 +51,9 @@ void scene_load_free(LoadedScene *loaded);
 
 // An expression's value over time.
 typedef struct {
-    const char *type;       // "number", "angle", "bool", "color", "rotation", "transform", "string",
-                            // "vec2", "vec3", "vec4", ...
-    uint32_t n_columns;     // scalars: 1 for a number, 12 for a transform (rows of 3x4)
+    const char *type;   // "number", "angle", "bool", "color", "rotation", "transform", "string",
+                        // "vec2", "vec3", "vec4", ...
+    uint32_t n_columns; // scalars: 1 for a number, 12 for a transform (rows of 3x4)
     const Program *program; // n_columns out, SI units (angles in radians); reads IN_T, IN_FILM_T.
                             // NULL: not numeric, see text
     const char *text;       // strings and all else that is not numeric, as `print` shows it

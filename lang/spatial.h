@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors, rotations and transforms of graph nodes (lang/dag.h): what motions in space are built of.
+// Vectors, rotations and transforms of graph nodes (lang/dag.h): what motions in space are built
+// of.
 //
 // Everything is built by dag_op, so constants fold, and what is built can be differentiated. A
 // coefficient that is exactly 0 has no part in a product, whatever it is multiplied with: turning
@@ -62,7 +63,8 @@ RefQuat spatial_quat_exp(Dag *dag, Ref3 half);
 RefQuat spatial_slerp(Dag *dag, RefQuat a, RefQuat b, Ref s);
 // The same without choosing the shorter way.
 RefQuat spatial_slerp_direct(Dag *dag, RefQuat a, RefQuat b, Ref s);
-// slerp(slerp(a, b, s), slerp(ca, cb, s), 2 s (1 - s)), none choosing: a smooth span between a and b.
+// slerp(slerp(a, b, s), slerp(ca, cb, s), 2 s (1 - s)), none choosing: a smooth span between a and
+// b.
 RefQuat spatial_squad(Dag *dag, RefQuat a, RefQuat ca, RefQuat cb, RefQuat b, Ref s);
 
 RefMap spatial_map_identity(Dag *dag);

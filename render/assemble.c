@@ -76,8 +76,8 @@ static double tolerance_of(const Work *w, const Shape *shape) {
     return shape->tolerance > 0 ? shape->tolerance : DEFAULT_TOLERANCE;
 }
 
-// The parts of a sampler that do not depend on the kind of shape. Instances [first, first + n) stand
-// in the form.
+// The parts of a sampler that do not depend on the kind of shape. Instances [first, first + n)
+// stand in the form.
 static void prepare(Work *w, Form *form, const Shape *shape, uint32_t first, uint32_t n,
                     bool is_in_world) {
     Sampler *s = &form->sampler;

@@ -96,7 +96,8 @@ static Cell rough_cell(double rough) {
 
 static double bilinear(const double table[BSDF_TABLE][BSDF_TABLE], double rough, double cosine) {
     Cell r = rough_cell(rough);
-    // The cell is found by the square root, in which the nodes are even, and the cosine interpolated.
+    // The cell is found by the square root, in which the nodes are even, and the cosine
+    // interpolated.
     Cell c = cell_of(sqrt(cosine) * (BSDF_TABLE - 1 + 0.02) - 0.02);
     double a = node_cosine(c.i), b = node_cosine(c.i + 1), f = clamp01((cosine - a) / (b - a));
     double lo = table[r.i][c.i] * (1 - f) + table[r.i][c.i + 1] * f;

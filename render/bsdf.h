@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a surface scatters light, in a frame of its own: +z is the shading normal on the viewer's side,
-// wo points to the viewer, wi to where light comes from; both of unit length, wo.z > 0.
+// How a surface scatters light, in a frame of its own: +z is the shading normal on the viewer's
+// side, wo points to the viewer, wi to where light comes from; both of unit length, wo.z > 0.
 //
-// matte: Lambert. metal: microfacets with the GGX distribution, alpha = rough^2 (Walter et al. 2007),
-// Schlick's Fresnel, scaled by what single scattering loses (Turquin, "Practical multiple scattering
-// compensation for microfacet models", 2019). gloss: such a coat, of a dielectric, over Lambert; the
-// base gets what the coat lets through on the way in and out (Kelemen and Szirmay-Kalos 2001), so
-// that with a white base all light comes back. Below BSDF_MIRROR_ROUGH coats and metals are mirrors.
+// matte: Lambert. metal: microfacets with the GGX distribution, alpha = rough^2 (Walter et al.
+// 2007), Schlick's Fresnel, scaled by what single scattering loses (Turquin, "Practical multiple
+// scattering compensation for microfacet models", 2019). gloss: such a coat, of a dielectric, over
+// Lambert; the base gets what the coat lets through on the way in and out (Kelemen and
+// Szirmay-Kalos 2001), so that with a white base all light comes back. Below BSDF_MIRROR_ROUGH
+// coats and metals are mirrors.
 #ifndef RENDER_BSDF_H
 #define RENDER_BSDF_H
 
@@ -43,14 +44,16 @@ typedef struct {
 } Bsdf;
 
 // out: the material program's outputs; cosine: wo.z. table may be NULL where nothing is rough.
-// Colours are brought into [0, 1], roughness too, what glows to >= 0. False: an output is not finite.
+// Colours are brought into [0, 1], roughness too, what glows to >= 0. False: an output is not
+// finite.
 bool bsdf_init(Bsdf *bsdf, MaterialKind kind, const double *out, double cosine,
                const BsdfTable *table);
 
 int bsdf_n_out(MaterialKind kind);
 
 // Light from wi to wo times wi.z, in two parts: what is sampled by lights alone (diffuse) and what
-// reflected rays look for as well (specular). density: of bsdf_sample for wi. Mirrors are not in it.
+// reflected rays look for as well (specular). density: of bsdf_sample for wi. Mirrors are not in
+// it.
 void bsdf_eval(const Bsdf *bsdf, Vec3 wo, Vec3 wi, double diffuse[3], double specular[3],
                double *density);
 

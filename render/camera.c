@@ -7,7 +7,8 @@ enum { N_OUT = 10 };
 // Below this sine between the line of sight and `up`, `up` says nothing about which way is up.
 static const double LEAST_SINE = 1e-9;
 
-// A unit vector for `up` where the one given lies along the line of sight: the axis furthest from it.
+// A unit vector for `up` where the one given lies along the line of sight: the axis furthest from
+// it.
 static Vec3 any_up(Vec3 forward) {
     double x = fabs(forward.x), y = fabs(forward.y), z = fabs(forward.z);
     if (z <= x && z <= y) {

@@ -6,8 +6,8 @@
 #include "accel/vec.h"
 #include "render/scene.h"
 
-// A camera at one instant, ready for rays. Picture points are in pixels: x right, y down, (0, 0) the
-// corner of the first pixel.
+// A camera at one instant, ready for rays. Picture points are in pixels: x right, y down, (0, 0)
+// the corner of the first pixel.
 typedef struct {
     CameraKind kind;
     Vec3 from;
@@ -17,12 +17,12 @@ typedef struct {
     bool is_valid;             // false: a program gave something not finite, or from == to
 } Camera;
 
-// scene->camera with `automatic` already resolved (see camera_automatic). seconds: the film's clock.
-// Where `up` lies along the line of sight an axis takes its place.
+// scene->camera with `automatic` already resolved (see camera_automatic). seconds: the film's
+// clock. Where `up` lies along the line of sight an axis takes its place.
 Camera camera_at(const Scene *scene, double seconds);
 
-// A program (10 constants, as CameraSettings has them) for a camera of 40 degrees that sees the whole
-// box lo..hi with a margin, from a little above and to the side.
+// A program (10 constants, as CameraSettings has them) for a camera of 40 degrees that sees the
+// whole box lo..hi with a margin, from a little above and to the side.
 const Program *camera_automatic(Arena *arena, const Scene *scene, Vec3 lo, Vec3 hi);
 
 // The ray through picture point (x, y); dir has unit length.

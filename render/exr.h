@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What reading and writing EXR share: the stream and allocator that OpenEXRCore gets to see, so that
-// its messages end in the caller's sentence, and a hostile header cannot make it take all memory.
+// What reading and writing EXR share: the stream and allocator that OpenEXRCore gets to see, so
+// that its messages end in the caller's sentence, and a hostile header cannot make it take all
+// memory.
 #ifndef RENDER_EXR_H
 #define RENDER_EXR_H
 

@@ -4,8 +4,8 @@
 // Colour and coverage are summed in 64-bit fixed point, in units of 2^-28 (3.7e-9): a sample is
 // rounded once, to the nearest unit, and sums are exact up to 2^35 = 3.4e10, where they stay (4096
 // samples of 8 million each). All sums are of numbers >= 0, so that even this bound keeps the order
-// out. The filter is in where samples are placed (render/filter.h): each counts in one pixel, fully.
-// Depth and normal come from the one sample nearest the shutter's middle.
+// out. The filter is in where samples are placed (render/filter.h): each counts in one pixel,
+// fully. Depth and normal come from the one sample nearest the shutter's middle.
 #ifndef RENDER_FILM_H
 #define RENDER_FILM_H
 

@@ -10,8 +10,8 @@ double filter_radius(FilterKind kind) {
     return kind == FILTER_BOX ? 0.5 : 1.5;
 }
 
-// The integral from 0 to x in [0, 1] of the four-term Blackman-Harris window (Harris, "On the use of
-// windows for harmonic analysis", 1978), over its whole integral.
+// The integral from 0 to x in [0, 1] of the four-term Blackman-Harris window (Harris, "On the use
+// of windows for harmonic analysis", 1978), over its whole integral.
 static double cumulative(double x) {
     static const double a[4] = {0.35875, -0.48829, 0.14128, -0.01168};
     double sum = a[0] * x;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The GGX distribution of microfacets (Walter et al., "Microfacet models for refraction through rough
-// surfaces", 2007) with the height-correlated Smith shadowing (Heitz 2014). Frame as render/bsdf.h.
+// The GGX distribution of microfacets (Walter et al., "Microfacet models for refraction through
+// rough surfaces", 2007) with the height-correlated Smith shadowing (Heitz 2014). Frame as
+// render/bsdf.h.
 #ifndef RENDER_GGX_H
 #define RENDER_GGX_H
 

@@ -69,8 +69,8 @@ static uint8_t byte_from_linear(const double step[256], double v) {
     return (uint8_t)low;
 }
 
-// Channels missing come as an error; the colour of an image with alpha is divided by it, since 8-bit
-// formats want it so, before the curve.
+// Channels missing come as an error; the colour of an image with alpha is divided by it, since
+// 8-bit formats want it so, before the curve.
 static bool fill_bytes(const Image *image, bool alpha, double exposure, uint8_t *bytes,
                        char *message, size_t n) {
     static const char *const names[4] = {"R", "G", "B", "A"};

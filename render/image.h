@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image files. EXR by OpenEXRCore, here; everything else by OpenImageIO, behind one C++ file that is
-// a shared object of its own (st4-image.so) and is loaded at the first use: linked in, it would cost
-// a quarter of a second and 130 MB at every start.
+// Image files. EXR by OpenEXRCore, here; everything else by OpenImageIO, behind one C++ file that
+// is a shared object of its own (st4-image.so) and is loaded at the first use: linked in, it would
+// cost a quarter of a second and 130 MB at every start.
 #ifndef RENDER_IMAGE_H
 #define RENDER_IMAGE_H
 
@@ -12,9 +12,9 @@
 #include "accel/arena.h"
 
 typedef struct {
-    const char *name;   // "R", "Z", "normal.X", ...
-    float *values;      // [height][width], first row on top
-    bool half;          // stored in 16 bits
+    const char *name; // "R", "Z", "normal.X", ...
+    float *values;    // [height][width], first row on top
+    bool half;        // stored in 16 bits
 } ImageChannel;
 
 typedef enum { ATTRIBUTE_STRING, ATTRIBUTE_INT, ATTRIBUTE_FLOAT, ATTRIBUTE_RATIONAL } AttributeKind;
@@ -23,8 +23,8 @@ typedef struct {
     const char *name;
     AttributeKind kind;
     const char *string;
-    double number;            // INT, FLOAT
-    int32_t numerator;        // RATIONAL
+    double number;     // INT, FLOAT
+    int32_t numerator; // RATIONAL
     uint32_t denominator;
 } ImageAttribute;
 

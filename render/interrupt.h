@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stopping when asked: SIGINT and SIGTERM set a flag that long loops look at. The second signal ends
-// the program at once.
+// Stopping when asked: SIGINT and SIGTERM set a flag that long loops look at. The second signal
+// ends the program at once.
 #ifndef RENDER_INTERRUPT_H
 #define RENDER_INTERRUPT_H
 

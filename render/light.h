@@ -4,8 +4,9 @@
 // A sun of angle 0 and a lamp of radius 0 are found by shadow rays alone and cost no light samples.
 // A sun with an angle is a disc of equal radiance, a lamp with a radius a ball that shines outwards
 // (inside it there is no light from it). They are sampled by the solid angle they fill, and met by
-// reflected rays as well, both ways weighted by the balance heuristic (Veach and Guibas 1995): mirrors
-// show them. The camera does not see them, nor do they cast shadows. The sky is met by rays alone.
+// reflected rays as well, both ways weighted by the balance heuristic (Veach and Guibas 1995):
+// mirrors show them. The camera does not see them, nor do they cast shadows. The sky is met by rays
+// alone.
 #ifndef RENDER_LIGHT_H
 #define RENDER_LIGHT_H
 

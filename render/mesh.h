@@ -15,11 +15,11 @@
 
 typedef struct {
     uint32_t n_vertices, n_triangles;
-    double *position;   // [n_vertices][3], metres, finite or not as the file has it
-    float *normal;      // [n_vertices][3], of unit length, or NULL
-    float *uv;          // [n_vertices][2], or NULL
-    uint32_t *index;    // [n_triangles][3], counter-clockwise seen from outside, each < n_vertices
-    bool faceted;       // normals are those of the faces, not to be smoothed (STL)
+    double *position; // [n_vertices][3], metres, finite or not as the file has it
+    float *normal;    // [n_vertices][3], of unit length, or NULL
+    float *uv;        // [n_vertices][2], or NULL
+    uint32_t *index;  // [n_triangles][3], counter-clockwise seen from outside, each < n_vertices
+    bool faceted;     // normals are those of the faces, not to be smoothed (STL)
 } Mesh;
 
 typedef enum {

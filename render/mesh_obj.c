@@ -2,8 +2,8 @@
 // Wavefront OBJ: polygons with positions, texture coordinates and normals, in the file's order.
 // (Source: "Object Files (.obj)", appendix B1 of the Advanced Visualizer manual.)
 //
-// Lines are "v x y z", "vt u v", "vn x y z" and "f corner corner corner...", a corner being v, v/vt,
-// v//vn or v/vt/vn with indices from 1, negative ones counted from the last so far. Groups,
+// Lines are "v x y z", "vt u v", "vn x y z" and "f corner corner corner...", a corner being v,
+// v/vt, v//vn or v/vt/vn with indices from 1, negative ones counted from the last so far. Groups,
 // materials, lines and points are skipped; any other word is an error.
 #include "render/mesh_build.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far a run is, on standard error: a line that redraws itself for people, a line of JSON now and
-// then for programs.
+// How far a run is, on standard error: a line that redraws itself for people, a line of JSON now
+// and then for programs.
 #ifndef RENDER_PROGRESS_H
 #define RENDER_PROGRESS_H
 

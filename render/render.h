@@ -19,14 +19,14 @@ typedef struct {
 typedef enum { PROGRESS_NONE, PROGRESS_BAR, PROGRESS_JSON } ProgressKind;
 
 typedef struct {
-    const int64_t *frames;    // film frame numbers in the order to render, n_frames >= 1
+    const int64_t *frames; // film frame numbers in the order to render, n_frames >= 1
     uint32_t n_frames;
-    const char *out;          // pattern: #### or %04d is the frame number; the ending is the format
-    uint32_t spp;             // >= 1
+    const char *out; // pattern: #### or %04d is the frame number; the ending is the format
+    uint32_t spp;    // >= 1
     uint64_t seed;
-    double tolerance;         // pixels; 0: as each shape says
-    uint32_t n_threads;       // >= 1
-    size_t memory;            // bytes for vertex arrays and trees of a block of frames; 0: 4 GiB
+    double tolerance;   // pixels; 0: as each shape says
+    uint32_t n_threads; // >= 1
+    size_t memory;      // bytes for vertex arrays and trees of a block of frames; 0: 4 GiB
     const AccelType *accel;
     AccelOptions accel_options;
     bool bake;                // everything into one tree
@@ -38,16 +38,17 @@ typedef struct {
 } RenderOptions;
 
 typedef struct {
-    double parse_seconds, sample_seconds, segment_seconds, build_seconds, trace_seconds, write_seconds;
+    double parse_seconds, sample_seconds, segment_seconds, build_seconds, trace_seconds,
+        write_seconds;
     size_t vertex_bytes, segment_bytes, tree_bytes;
     uint64_t n_objects, n_triangles, n_spheres, n_keys, n_blocks, n_frames;
     uint64_t camera_rays, shadow_rays, bounce_rays;
-    uint64_t vertex_evaluations;  // vertices times instants
+    uint64_t vertex_evaluations;                        // vertices times instants
     uint64_t lens_samples, light_samples, time_samples; // drawn; 0 where the scene needs none
-    uint64_t film_samples;        // of all pixels
-    uint64_t dropped_samples;     // not finite, counted as black
-    double tolerance_reached;     // pixels, the largest estimated error of the sampled motion
-    AccelStats accel;             // summed over objects and blocks (kappa: of all)
+    uint64_t film_samples;                              // of all pixels
+    uint64_t dropped_samples;                           // not finite, counted as black
+    double tolerance_reached; // pixels, the largest estimated error of the sampled motion
+    AccelStats accel;         // summed over objects and blocks (kappa: of all)
     AccelCounters rays;
 } RenderStats;
 
@@ -60,11 +61,11 @@ int render_frames(const Scene *scene, const RenderOptions *options, const Report
 // What `st4 check` says of a shape without tracing: how its motion was sampled in these frames.
 typedef struct {
     const Shape *shape;
-    uint32_t n_keys;          // instants sampled, 1: does not deform
-    double pixels_per_frame;  // the fastest vertex, seen from the camera
-    double error_pixels;      // estimated, of linear motion between the instants
-    size_t bytes;             // of vertex arrays, all instances
-    bool moves_as_body;       // its transform depends on time
+    uint32_t n_keys;         // instants sampled, 1: does not deform
+    double pixels_per_frame; // the fastest vertex, seen from the camera
+    double error_pixels;     // estimated, of linear motion between the instants
+    size_t bytes;            // of vertex arrays, all instances
+    bool moves_as_body;      // its transform depends on time
 } ShapeMotion;
 
 typedef void ShapeMotionSink(void *context, const ShapeMotion *motion);

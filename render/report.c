@@ -28,8 +28,8 @@ void report_error(const Reporter *reporter, SourceRef where, const char *message
     }
 }
 
-// Triangles without area in the rest pose. Those with just two corners at one place, as at the poles
-// of a surface, leave no hole and count only where no triangle has area.
+// Triangles without area in the rest pose. Those with just two corners at one place, as at the
+// poles of a surface, leave no hole and count only where no triangle has area.
 void report_degenerate(const Reporter *reporter, const Shape *shape) {
     const Mesh *mesh = shape->mesh;
     uint32_t n_flat = 0, n_poles = 0;

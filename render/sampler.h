@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sample points: a pure function of (seed, frame, pixel, index, set), in any order, without state.
 //
-// Points come in sets of four dimensions. Each set is the Sobol sequence (directions of Joe and Kuo,
-// "Constructing Sobol sequences with better two-dimensional projections", 2008), Owen-scrambled in
-// base 2 by hashing, with a shuffled index and scrambles of its own for each pixel, frame and set
-// (Burley, "Practical hash-based Owen scrambling", JCGT 2020; the mixing constants are those of
-// Vegdahl, "Building a better LK hash", 2021).
+// Points come in sets of four dimensions. Each set is the Sobol sequence (directions of Joe and
+// Kuo, "Constructing Sobol sequences with better two-dimensional projections", 2008),
+// Owen-scrambled in base 2 by hashing, with a shuffled index and scrambles of its own for each
+// pixel, frame and set (Burley, "Practical hash-based Owen scrambling", JCGT 2020; the mixing
+// constants are those of Vegdahl, "Building a better LK hash", 2021).
 //
 // So within a set the first 2^k samples of a pixel are stratified: dimensions 0 and 1 are a
 // (0,k,2)-net, and each single dimension puts one sample into each of 2^k equal intervals. Between
-// sets they are independent. Dimensions of the first set have fixed uses: x and y in the pixel, time,
-// lens; it is the one in which pixel and time are stratified together.
+// sets they are independent. Dimensions of the first set have fixed uses: x and y in the pixel,
+// time, lens; it is the one in which pixel and time are stratified together.
 #ifndef RENDER_SAMPLER_H
 #define RENDER_SAMPLER_H
 
@@ -28,8 +28,8 @@ typedef struct {
     uint64_t key;
 } Sampler;
 
-// x, y: the pixel, from the picture's corner (not the crop's). With freeze the frame's number has no
-// say, and the noise stands still over the film.
+// x, y: the pixel, from the picture's corner (not the crop's). With freeze the frame's number has
+// no say, and the noise stands still over the film.
 Sampler sampler_pixel(uint64_t seed, bool freeze, int64_t frame, uint32_t x, uint32_t y);
 
 // Sample `index` of a set. Each value in (0, 1): never 0, never 1, a multiple of 2^-33.

@@ -7,7 +7,8 @@
 
 #define SAMPLING_PI 3.141592653589793
 
-// Sine and cosine of u turns, |u| < 2^20, by their Taylor series within an eighth of a turn: good to
+// Sine and cosine of u turns, |u| < 2^20, by their Taylor series within an eighth of a turn: good
+// to
 // 2 ulp of 1. Not libm's, whose last bits depend on the processor.
 static inline void sampling_turn(double u, double *sine, double *cosine) {
     double quarter = rint(4 * u);

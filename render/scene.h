@@ -24,14 +24,14 @@ typedef enum {
 } FilterKind;
 
 typedef struct {
-    uint32_t width, height;      // 1..65536
-    double fps;                  // > 0
+    uint32_t width, height;          // 1..65536
+    double fps;                      // > 0
     int64_t first_frame, last_frame; // inclusive, frame 1 begins at t = 0
-    const char *out;             // pattern of the output's path, or NULL
+    const char *out;                 // pattern of the output's path, or NULL
     FilterKind filter;
-    bool transparent;            // the sky is not part of the picture
-    double exposure;             // stops, for 8-bit pictures only
-    const char **aov;            // names asked for
+    bool transparent; // the sky is not part of the picture
+    double exposure;  // stops, for 8-bit pictures only
+    const char **aov; // names asked for
     uint32_t n_aov;
 } FilmSettings;
 
@@ -44,8 +44,8 @@ typedef struct {
 typedef enum { CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC } CameraKind;
 
 // out: from x y z, to x y z, up x y z, fov (vertical, radians; orthographic: the picture is
-// 2 |to - from| tan(fov/2) high, so both kinds agree at `to`). Not given: automatic is true, and the
-// renderer places a camera that sees everything at the film's first frame.
+// 2 |to - from| tan(fov/2) high, so both kinds agree at `to`). Not given: automatic is true, and
+// the renderer places a camera that sees everything at the film's first frame.
 typedef struct {
     CameraKind kind;
     const Program *program;
@@ -57,11 +57,12 @@ typedef struct {
     uint32_t bounces; // 0: direct light only
     uint32_t spp;     // 0: not said
     uint64_t seed;
-    bool freeze;      // the noise is the same in every frame
+    bool freeze; // the noise is the same in every frame
 } RenderSettings;
 
 typedef enum {
-    LIGHT_SUN,  // out: direction towards it (any length), power (W/m2 facing it), r g b, angle (radians across)
+    LIGHT_SUN,  // out: direction towards it (any length), power (W/m2 facing it), r g b, angle
+                // (radians across)
     LIGHT_LAMP, // out: from x y z, power (W, isotropic; intensity = power / 4 pi), r g b, radius
     LIGHT_SKY,  // out: r g b, power (radiance factor)
 } LightKind;
@@ -97,12 +98,12 @@ typedef enum {
 typedef struct {
     ShapeKind kind;
     SourceRef where;
-    const char *label;        // "Car/Wheel" or "sphere@12"; instances add [i]
-    uint32_t material;        // index into materials
+    const char *label; // "Car/Wheel" or "sphere@12"; instances add [i]
+    uint32_t material; // index into materials
 
     const Mesh *mesh;         // SHAPE_MESH: the rest pose
-    const Program *vertex;    // SHAPE_MESH: 3 out, a vertex in the shape's own block; reads u v p n i besides.
-                              // NULL: the vertices stay in the rest pose
+    const Program *vertex;    // SHAPE_MESH: 3 out, a vertex in the shape's own block; reads u v p n
+                              // i besides. NULL: the vertices stay in the rest pose
     const Program *geometry;  // spheres and planes
     const Program *transform; // 12 out, rows of the map to the world; NULL: identity
     const Program *visible;   // 1 out, != 0: there at that instant; NULL: always
@@ -112,14 +113,14 @@ typedef struct {
     // outputs; NULL: no breaks known.
     const Program *breaks;
 
-    double tolerance;         // pixels, > 0: bound on the error of sampled motion
-    double smooth;            // radians: edges sharper than this stay sharp; < 0: faceted
-    uint32_t samples;         // spans per frame, given by the user; 0: chosen by the tolerance
-    bool bake;                // into the common tree, in world space
+    double tolerance; // pixels, > 0: bound on the error of sampled motion
+    double smooth;    // radians: edges sharper than this stay sharp; < 0: faceted
+    uint32_t samples; // spans per frame, given by the user; 0: chosen by the tolerance
+    bool bake;        // into the common tree, in world space
 
-    uint32_t n_instances;     // 1 without loops
-    uint32_t n_loops;         // 0..4
-    const double *loops;      // [n_instances][n_loops]: IN_LOOP0...
+    uint32_t n_instances; // 1 without loops
+    uint32_t n_loops;     // 0..4
+    const double *loops;  // [n_instances][n_loops]: IN_LOOP0...
 } Shape;
 
 typedef struct {

@@ -3,10 +3,10 @@
 // pose; the normals themselves are sums over these faces at every instant.
 //
 // Faces around a vertex share a normal where they meet in edges that are no sharper than the
-// angle of `smooth`. Vertices at exactly the same place in the rest pose count as one, so that seams
-// of texture coordinates do not show. Normals are kept in 32 bits (octahedral: Cigolle and others, A
-// Survey of Efficient Representations for Independent Unit Vectors, 2014): off by at most 0.004
-// degrees.
+// angle of `smooth`. Vertices at exactly the same place in the rest pose count as one, so that
+// seams of texture coordinates do not show. Normals are kept in 32 bits (octahedral: Cigolle and
+// others, A Survey of Efficient Representations for Independent Unit Vectors, 2014): off by at most
+// 0.004 degrees.
 #ifndef RENDER_SMOOTH_H
 #define RENDER_SMOOTH_H
 

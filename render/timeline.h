@@ -42,11 +42,12 @@ typedef struct {
     double lo, hi;
 } Opening;
 
-// A shutter of any length; its openings, one in each cell that it reaches, are worked out on demand.
+// A shutter of any length; its openings, one in each cell that it reaches, are worked out on
+// demand.
 typedef struct {
     Instant start;
-    double length;      // frame periods
-    uint64_t n_cells;   // >= 1
+    double length;    // frame periods
+    uint64_t n_cells; // >= 1
 } ShutterSpan;
 
 // The shutter of film frame `number`, by its settings (render/scene.h) in frame periods.

@@ -26,8 +26,8 @@ void world_destroy(World *world);
 // Bounds of all that is finite at one instant, sampled there alone. False: nothing.
 bool world_bounds_at(const Scene *scene, Instant at, Vec3 *lo, Vec3 *hi);
 
-// Gives a scene whose camera is automatic one that sees everything at the film's first frame, in the
-// middle of its shutter. The program lives in the arena.
+// Gives a scene whose camera is automatic one that sees everything at the film's first frame, in
+// the middle of its shutter. The program lives in the arena.
 void world_place_camera(Arena *arena, Scene *scene);
 
 // One thread's view of the world at one instant: transforms evaluated so far are kept, so the rays
@@ -41,7 +41,7 @@ typedef struct {
     double t;        // in units of the ray's direction
     uint32_t object; // index, the same in every block
     int32_t prim;
-    float u, v;      // as AccelHit
+    float u, v; // as AccelHit
 } WorldHit;
 
 // The nearest hit in (tmin, tmax); at equal distances the lowest object. dir needs not be unit.
@@ -49,19 +49,20 @@ bool world_closest(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double t
 bool world_occluded(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double tmax);
 
 typedef struct {
-    Vec3 P;              // world position, from the vertices (not along the ray)
-    double error;        // metres: bound on P's rounding; start new rays at least so far off the surface
-    Vec3 Ng, N;          // unit; geometric and shading normal, both turned to the outside (not to
-                         // the ray); N is on the ray's side of the surface wherever Ng is
-    Vec3 p, n;           // rest position and normal, in the shape's block
-    double u, v;         // texture coordinates
-    Vec3 velocity;       // metres per second at this instant, of the point of the surface
+    Vec3 P;        // world position, from the vertices (not along the ray)
+    double error;  // metres: bound on P's rounding; start new rays so far off the surface
+    Vec3 Ng, N;    // unit; geometric and shading normal, both turned to the outside (not to
+                   // the ray); N is on the ray's side of the surface wherever Ng is
+    Vec3 p, n;     // rest position and normal, in the shape's block
+    double u, v;   // texture coordinates
+    Vec3 velocity; // metres per second at this instant, of the point of the surface
     const Shape *shape;
     const double *loops; // this instance's loop variables, shape->n_loops
     uint32_t material;
     uint32_t instance;
 } SurfacePoint;
 
-void world_surface(WorldView *view, Vec3 origin, Vec3 dir, const WorldHit *hit, SurfacePoint *point);
+void world_surface(WorldView *view, Vec3 origin, Vec3 dir, const WorldHit *hit,
+                   SurfacePoint *point);
 
 #endif

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Materials and lights: energy, densities that integrate to one, weights that agree with the values,
-// irradiance in closed form.
+// Materials and lights: energy, densities that integrate to one, weights that agree with the
+// values, irradiance in closed form.
 #include "render/bsdf.h"
 #include "render/light.h"
 #include "render/sampler.h"

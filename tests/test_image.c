@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image files: bits and attributes survive the round trip, damage ends in a message, nothing is left
-// behind, and what needs no OpenImageIO does not load it.
+// Image files: bits and attributes survive the round trip, damage ends in a message, nothing is
+// left behind, and what needs no OpenImageIO does not load it.
 #include "render/image.h"
 #include "tests/suite.h"
 
@@ -522,7 +522,8 @@ static void exr_needs_no_library(void **state) {
     assert_false(image_library_is_loaded());
 }
 
-// The curve of IEC 61966-2-1 from linear light to 0..1, the other way round than the product has it.
+// The curve of IEC 61966-2-1 from linear light to 0..1, the other way round than the product has
+// it.
 static double srgb(double v) {
     v = v < 0 ? 0 : v > 1 ? 1 : v;
     return v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055;

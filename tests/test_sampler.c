@@ -71,8 +71,8 @@ static void sampler_stratifies_each_dimension(void **state) {
     }
 }
 
-// Pixel and time together: boxes of 1/8 by 1/8 by 1/8 get 4096/512 = 8 points each; a Sobol triple of
-// quality t = 1 may miss by one halving, never more.
+// Pixel and time together: boxes of 1/8 by 1/8 by 1/8 get 4096/512 = 8 points each; a Sobol triple
+// of quality t = 1 may miss by one halving, never more.
 static void sampler_stratifies_pixel_and_time(void **state) {
     (void)state;
     Sampler sampler = sampler_at(0);

@@ -41,7 +41,8 @@ static double ramp_integral(double x, double v) {
     return x <= 0 ? 0 : x < v ? x * x / (2 * v) : x - v / 2;
 }
 
-// How much of [a, b] the interval [-h, h] covers on the mean while it moves from x0 to x0 + v, v > 0.
+// How much of [a, b] the interval [-h, h] covers on the mean while it moves from x0 to x0 + v, v >
+// 0.
 static double swept(double a, double b, double x0, double v, double h) {
     return ramp_integral(b - x0 + h, v) - ramp_integral(a - x0 + h, v) -
            ramp_integral(b - x0 - h, v) + ramp_integral(a - x0 - h, v);
