@@ -17,6 +17,9 @@ CFLAGS_release := -O2 -g
 CFLAGS_debug := -O0 -g
 CFLAGS_asan := -O1 -g -fsanitize=address -fno-omit-frame-pointer
 CFLAGS_ubsan := -O1 -g -fsanitize=undefined -fno-sanitize-recover=undefined
+# The address sanitizer looks for the C++ runtime at the start, the plugins bring it later: without
+# this the first exception inside them ends the program.
+LDLIBS_asan := -Wl,--no-as-needed -lstdc++
 ifeq ($(CFLAGS_$(config)),)
 $(error config is $(config): one of release, debug, asan, ubsan is expected)
 endif
@@ -28,7 +31,7 @@ COMMON := -I. -MMD -MP -fopenmp -fPIC -ffp-contract=off -fno-math-errno $(WARNIN
 ALL_CFLAGS = -std=c11 -pedantic -D_POSIX_C_SOURCE=200809L -Wstrict-prototypes -Wmissing-prototypes \
              $(COMMON) $(CFLAGS)
 ALL_CXXFLAGS = -std=c++17 $(COMMON) $(CXXFLAGS)
-LDLIBS := -lOpenEXRCore-3_1 -lsleef -lm -ldl
+LDLIBS := -lOpenEXRCore-3_1 -lsleef -lm -ldl $(LDLIBS_$(config))
 
 # Files that are loaded when first needed, each a shared object of its own.
 PLUGINS := render/image_oiio.cpp render/mesh_assimp.c
