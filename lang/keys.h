@@ -18,8 +18,10 @@
 //   bezier        y(q) where x(q) = s; |x(q) - s| <= 2^-46
 //   spring(f, d)  1 - g(s), g the fall of a damped oscillator from 1 at rest, f its frequency (Hz)
 //                 without damping; what remains of g at the span's end is made up for by an ease
-// Rotations: slerp the shorter way with the same s or f(s); smooth: squad (Shoemake 1987) whose
-// angular velocity at the keys is found as the speed is above.
+// Rotations: slerp the shorter way with the same s or f(s). smooth: Hermite's curve on the sphere
+// (Kim, Kim and Shin, "A General Construction Scheme for Unit Quaternion Curves with Simple High
+// Order Derivatives", SIGGRAPH 1995), angular velocities at the keys found as speeds are above.
+// About one axis it is the curve of the angles; a squad loses its speed where spans differ much.
 #ifndef LANG_KEYS_H
 #define LANG_KEYS_H
 

@@ -241,9 +241,10 @@ Ref3 spatial_quat_log(Dag *dag, RefQuat q) {
     return spatial_scale(dag, unit, half);
 }
 
-RefQuat spatial_quat_exp(Dag *dag, Ref3 half) {
-    Ref angle = spatial_length(dag, half);
-    Ref3 unit = divided(dag, half, one_if_zero(dag, angle));
+RefQuat spatial_quat_exp(Dag *dag, Ref3 half, Ref k) {
+    Ref size = spatial_length(dag, half);
+    Ref3 unit = divided(dag, half, one_if_zero(dag, size));
+    Ref angle = op2(dag, OP_MUL, size, k);
     return quat_of(spatial_scale(dag, unit, op1(dag, OP_SIN, angle)), op1(dag, OP_COS, angle));
 }
 
@@ -257,7 +258,7 @@ static RefQuat quat_combine(Dag *dag, RefQuat a, Ref ka, RefQuat b, Ref kb) {
 // a hair added to x in quadrature keeps them finite at x = 0 and changes no digit elsewhere.
 static const double hair = 1e-8;
 
-RefQuat spatial_slerp_direct(Dag *dag, RefQuat a, RefQuat b, Ref s) {
+static RefQuat slerp(Dag *dag, RefQuat a, RefQuat b, Ref s) {
     Ref one = number(dag, 1), minus_one = number(dag, -1);
     // Between unit vectors; accurate at both ends, unlike the arc cosine of the product.
     Ref apart = quat_length(dag, quat_combine(dag, a, one, b, minus_one));
@@ -275,12 +276,5 @@ RefQuat spatial_slerp(Dag *dag, RefQuat a, RefQuat b, Ref s) {
     RefQuat other = spatial_quat_negate(dag, b);
     Ref3 v = spatial_select(dag, is_far, vector_of(other), vector_of(b));
     Ref w = dag_op(dag, OP_SELECT, is_far, other.w, b.w);
-    return spatial_slerp_direct(dag, a, quat_of(v, w), s);
-}
-
-RefQuat spatial_squad(Dag *dag, RefQuat a, RefQuat ca, RefQuat cb, RefQuat b, Ref s) {
-    RefQuat ends = spatial_slerp_direct(dag, a, b, s);
-    RefQuat middle = spatial_slerp_direct(dag, ca, cb, s);
-    Ref bulge = times(dag, times(dag, number(dag, 2), s), minus(dag, number(dag, 1), s));
-    return spatial_slerp_direct(dag, ends, middle, bulge);
+    return slerp(dag, a, quat_of(v, w), s);
 }

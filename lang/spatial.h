@@ -53,19 +53,14 @@ RefQuat spatial_quat_negate(Dag *dag, RefQuat q);
 RefQuat spatial_quat_normalize(Dag *dag, RefQuat q); // zero becomes the identity
 Ref spatial_quat_dot(Dag *dag, RefQuat a, RefQuat b);
 Ref3 spatial_quat_rotate(Dag *dag, RefQuat q, Ref3 v);
-// The axis times half the angle, and back.
+// The axis times half the angle, and back, k times as far.
 Ref3 spatial_quat_log(Dag *dag, RefQuat q);
-RefQuat spatial_quat_exp(Dag *dag, Ref3 half);
+RefQuat spatial_quat_exp(Dag *dag, Ref3 half, Ref k);
 
 // From a (s = 0) to b (s = 1) with constant angular velocity, the shorter way round; goes on
 // outside 0..1. Exactly a at s = 0; exactly b or -b at s = 1. Shoemake, "Animating Rotation with
 // Quaternion Curves", SIGGRAPH 1985.
 RefQuat spatial_slerp(Dag *dag, RefQuat a, RefQuat b, Ref s);
-// The same without choosing the shorter way.
-RefQuat spatial_slerp_direct(Dag *dag, RefQuat a, RefQuat b, Ref s);
-// slerp(slerp(a, b, s), slerp(ca, cb, s), 2 s (1 - s)), none choosing: a smooth span between a and
-// b.
-RefQuat spatial_squad(Dag *dag, RefQuat a, RefQuat ca, RefQuat cb, RefQuat b, Ref s);
 
 RefMap spatial_map_identity(Dag *dag);
 RefMap spatial_map_translate(Dag *dag, Ref3 by);

@@ -2,10 +2,6 @@
 // Affine maps as graphs: composition, inverse, parts.
 #include "lang/spatial.h"
 
-static Ref op1(Dag *dag, Op op, Ref a) {
-    return dag_op(dag, op, a, REF_NONE, REF_NONE);
-}
-
 static Ref op2(Dag *dag, Op op, Ref a, Ref b) {
     return dag_op(dag, op, a, b, REF_NONE);
 }
@@ -135,34 +131,29 @@ static Ref is_zero3(Dag *dag, Ref3 v) {
     return op2(dag, OP_EQ, spatial_dot(dag, v, v), dag_const(dag, 0));
 }
 
-// Some unit vector across v, which is unit or zero: away from the world axis that is nearer to v.
-static Ref3 perpendicular(Dag *dag, Ref3 v) {
-    Ref size = op1(dag, OP_ABS, v.x);
-    Ref is_near_x = op2(dag, OP_LT, dag_const(dag, 0.7), size);
-    Ref3 other = spatial_select(dag, is_near_x, unit(dag, 1), unit(dag, 0));
-    return spatial_normalize(dag, spatial_cross(dag, v, other));
+// The unit vector across a and b, or what stands in for it where they are parallel.
+static Ref3 across(Dag *dag, Ref3 a, Ref3 b, Ref3 otherwise) {
+    Ref3 v = spatial_normalize(dag, spatial_cross(dag, a, b));
+    return spatial_select(dag, is_zero3(dag, v), otherwise, v);
 }
 
-// Orthonormal and right-handed: x as it is, y across it, z across both; where columns vanish, by
-// what remains.
+// Orthonormal and right-handed: x as it is, y across it, z across both. Where columns vanish, by
+// what remains and the nearest axes of the world: a map to a point has no rotation.
 static void orthonormal(Dag *dag, const RefMap *map, Ref3 axis[3]) {
+    Ref3 world[3], given[3];
     for (int k = 0; k < 3; k++) {
-        axis[k] = spatial_normalize(dag, column(map, k));
+        world[k] = unit(dag, k);
+        given[k] = spatial_normalize(dag, column(map, k));
     }
-    Ref has_no_x = is_zero3(dag, axis[0]);
-    Ref3 x = spatial_normalize(dag, spatial_cross(dag, axis[1], axis[2]));
-    // y or z alone remains
-    Ref3 alone = spatial_select(dag, is_zero3(dag, axis[1]), perpendicular(dag, axis[2]),
-                                perpendicular(dag, axis[1]));
-    x = spatial_select(dag, is_zero3(dag, x), alone, x);
-    x = spatial_select(dag, is_zero3(dag, x), unit(dag, 0), x); // nothing remains
-    x = spatial_select(dag, has_no_x, x, axis[0]);
+    Ref has_no_y = is_zero3(dag, given[1]), has_no_z = is_zero3(dag, given[2]);
+    Ref3 y = spatial_select(dag, has_no_y, world[1], given[1]);
+    Ref3 z = spatial_select(dag, has_no_z, world[2], given[2]);
+    Ref3 x = across(dag, y, z, world[0]);
+    x = spatial_select(dag, is_zero3(dag, given[0]), x, given[0]);
 
-    Ref3 y = axis[1];
-    y = spatial_sub(dag, y, spatial_scale(dag, x, spatial_dot(dag, x, y)));
-    y = spatial_normalize(dag, y);
-    Ref3 from_z = spatial_normalize(dag, spatial_cross(dag, axis[2], x));
-    from_z = spatial_select(dag, is_zero3(dag, from_z), perpendicular(dag, x), from_z);
+    Ref3 from_z = across(dag, z, x, world[1]);
+    Ref3 inside = spatial_scale(dag, x, spatial_dot(dag, x, given[1]));
+    y = spatial_normalize(dag, spatial_sub(dag, given[1], inside));
     y = spatial_select(dag, is_zero3(dag, y), from_z, y);
     axis[0] = x;
     axis[1] = y;
