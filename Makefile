@@ -41,6 +41,9 @@ ISA_avx512 := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mfma
 
 SOURCES := $(filter-out $(PLUGINS),$(wildcard accel/*.c render/*.c lang/*.c))
 MAIN := lang/main.c
+# What turns a file into a tree.
+FRONT := $(addprefix lang/,source.c diag.c excerpt.c nearest.c symbols.c lex.c lex_report.c \
+         parser.c parse.c parse_errors.c parse_value.c parse_expr.c syntax.c syntax_dump.c)
 OBJECTS := $(SOURCES:%.c=$(B)/%.o)
 LIBRARY := $(filter-out $(MAIN:%.c=$(B)/%.o),$(OBJECTS))
 TESTS := $(patsubst %.c,$(B)/%.o,$(wildcard tests/*.c))
@@ -98,6 +101,17 @@ test: deps
 .PHONY: run-tests
 run-tests: st4 $(B)/st4-tests
 	@ST4=$(B)/st4 TESTS=$(B)/st4-tests tests/run $(filter)
+
+# Feeds the parser what libFuzzer (clang) thinks of, for seconds=60, from the tests' scenes on.
+seconds ?= 60
+.PHONY: fuzz
+fuzz:
+	@mkdir -p build/fuzz/corpus
+	@cp tests/golden/*.st4 build/fuzz/corpus
+	clang -std=c11 -D_POSIX_C_SOURCE=200809L -I. -g -O1 \
+	    -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined \
+	    -o build/fuzz/parse tests/fuzz/fuzz_parse.c $(FRONT) accel/arena.c
+	build/fuzz/parse -max_total_time=$(seconds) -max_len=4096 build/fuzz/corpus
 
 check:
 	@tests/check/all

@@ -9,24 +9,32 @@ typedef struct {
     uint32_t size, hash;
 } Entry;
 
+// The hash lies in the slot, so that a search that goes on past a slot reads nothing else.
+typedef struct {
+    uint32_t hash;
+    Symbol symbol; // 0: free
+} Slot;
+
 struct Symbols {
     Arena *arena;
     Entry *entries; // by symbol; [0] is unused
     size_t n, capacity;
-    Symbol *slots; // 0: free; a power of two of them, at most half of them taken
+    Slot *slots; // a power of two of them, at most half of them taken
     size_t n_slots;
 };
 
 enum { FIRST_SLOTS = 256 };
 
-static Symbol *find_slot(const Symbols *symbols, const char *text, size_t n, uint32_t hash) {
+static Slot *find_slot(const Symbols *symbols, const char *text, size_t n, uint32_t hash) {
     size_t mask = symbols->n_slots - 1;
     // The low bits of FNV are its good ones, but neighbours differ in few of them.
     for (size_t i = (hash ^ hash >> 15) & mask;; i = (i + 1) & mask) {
-        Symbol *slot = &symbols->slots[i];
-        const Entry *entry = &symbols->entries[*slot];
-        if (!*slot ||
-            (entry->hash == hash && entry->size == n && memcmp(entry->text, text, n) == 0)) {
+        Slot *slot = &symbols->slots[i];
+        if (!slot->symbol) {
+            return slot;
+        }
+        const Entry *entry = &symbols->entries[slot->symbol];
+        if (slot->hash == hash && entry->size == n && memcmp(entry->text, text, n) == 0) {
             return slot;
         }
     }
@@ -34,17 +42,17 @@ static Symbol *find_slot(const Symbols *symbols, const char *text, size_t n, uin
 
 static void double_slots(Symbols *symbols) {
     symbols->n_slots *= 2;
-    symbols->slots = ARENA_ARRAY(symbols->arena, symbols->n_slots, Symbol);
+    symbols->slots = ARENA_ARRAY(symbols->arena, symbols->n_slots, Slot);
     for (Symbol symbol = 1; symbol < symbols->n; symbol++) {
         const Entry *entry = &symbols->entries[symbol];
-        *find_slot(symbols, entry->text, entry->size, entry->hash) = symbol;
+        *find_slot(symbols, entry->text, entry->size, entry->hash) = (Slot){entry->hash, symbol};
     }
 }
 
 Symbol symbol_of_hashed(Symbols *symbols, const char *text, size_t n, uint32_t hash) {
-    Symbol *slot = find_slot(symbols, text, n, hash);
-    if (*slot) {
-        return *slot;
+    Slot *slot = find_slot(symbols, text, n, hash);
+    if (slot->symbol) {
+        return slot->symbol;
     }
     if (2 * symbols->n >= symbols->n_slots) {
         double_slots(symbols);
@@ -54,7 +62,7 @@ Symbol symbol_of_hashed(Symbols *symbols, const char *text, size_t n, uint32_t h
                                   sizeof *symbols->entries);
     symbols->entries[symbols->n] =
         (Entry){arena_string(symbols->arena, text, n), (uint32_t)n, hash};
-    *slot = (Symbol)symbols->n;
+    *slot = (Slot){hash, (Symbol)symbols->n};
     return (Symbol)symbols->n++;
 }
 
@@ -86,7 +94,7 @@ Symbols *symbols_new(Arena *arena) {
     Symbols *symbols = ARENA_NEW(arena, Symbols);
     symbols->arena = arena;
     symbols->n_slots = FIRST_SLOTS;
-    symbols->slots = ARENA_ARRAY(arena, FIRST_SLOTS, Symbol);
+    symbols->slots = ARENA_ARRAY(arena, FIRST_SLOTS, Slot);
     symbols->entries = arena_grow(arena, NULL, 0, &symbols->capacity, sizeof *symbols->entries);
     symbols->n = 1;
     for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
