@@ -1,235 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// `keys` tables against a plain implementation that shares no formula with them: smooth spans by
-// Barry and Goldman's pyramid, eases by integrating the speed, Bezier curves by bisection, springs
-// by Runge and Kutta; rotations about one axis against tables of angles.
+// `keys` tables against a plain implementation (tests/keys_plain.h), rotations about one axis
+// against tables of angles; exactness, rates, breaks, cost.
 #include "lang/keys.h"
+#include "tests/keys_plain.h"
 #include "tests/near.h"
 #include "tests/suite.h"
 
 #include <math.h>
 #include <string.h>
-
-enum { MAX_KEYS = 9 };
-
-static uint64_t seed;
-
-static uint32_t below(uint32_t n) {
-    seed = seed * 6364136223846793005u + 1442695040888963407u;
-    return (uint32_t)(seed >> 33) % n;
-}
-
-static double real(double lo, double hi) {
-    return lo + (hi - lo) * (below(1u << 30) + 0.5) / (1u << 30);
-}
-
-// --- The oracle ---
-
-typedef struct {
-    uint32_t n;
-    double times[MAX_KEYS], values[MAX_KEYS];
-    KeysMode modes[MAX_KEYS];
-    KeysEnd before, after;
-} Plain;
-
-static double ease_by_speed(double a, double b, double s) {
-    // The area under a trapezoid of height 1, by the midpoint rule on its straight pieces.
-    double ends[4] = {0, a, 1 - b, 1}, part = 0, whole = 0;
-    for (int piece = 0; piece < 3; piece++) {
-        double lo = ends[piece], hi = ends[piece + 1], cut = fmin(fmax(s, lo), hi);
-        for (int is_whole = 0; is_whole < 2; is_whole++) {
-            double to = is_whole ? hi : cut, middle = (lo + to) / 2;
-            double up = a > 0 ? fmin(1, middle / a) : 1,
-                   down = b > 0 ? fmin(1, (1 - middle) / b) : 1;
-            *(is_whole ? &whole : &part) += (to - lo) * fmin(up, down);
-        }
-    }
-    return part / whole;
-}
-
-static long double bezier_axis(double p1, double p2, long double q) {
-    long double r = 1 - q;
-    return 3 * r * r * q * p1 + 3 * r * q * q * p2 + q * q * q;
-}
-
-static double bezier_by_bisection(const double p[4], long double s) {
-    long double lo = 0, hi = 1;
-    for (int i = 0; i < 80; i++) {
-        long double middle = (lo + hi) / 2;
-        *(bezier_axis(p[0], p[2], middle) <= s ? &lo : &hi) = middle;
-    }
-    return (double)bezier_axis(p[1], p[3], lo);
-}
-
-// x'' = -w w x - 2 d w x', from rest at 1.
-static double spring_by_steps(double frequency, double damping, double seconds) {
-    enum { STEPS = 4000 };
-    double w = 2 * 3.14159265358979323846 * frequency, h = seconds / STEPS, x = 1, v = 0;
-    for (int i = 0; i < STEPS; i++) {
-        double kx[4], kv[4], px = x, pv = v;
-        for (int k = 0; k < 4; k++) {
-            kx[k] = pv;
-            kv[k] = -w * w * px - 2 * damping * w * pv;
-            double step = k < 2 ? h / 2 : h;
-            px = x + step * kx[k];
-            pv = v + step * kv[k];
-        }
-        x += h / 6 * (kx[0] + 2 * kx[1] + 2 * kx[2] + kx[3]);
-        v += h / 6 * (kv[0] + 2 * kv[1] + 2 * kv[2] + kv[3]);
-    }
-    return x;
-}
-
-static double plain_progress(const KeysMode *mode, double s, double seconds) {
-    const double *a = mode->arguments;
-    switch (mode->curve) {
-    case KEYS_STEP:
-        return 0;
-    case KEYS_EASE:
-        return 3 * s * s - 2 * s * s * s;
-    case KEYS_EASE_IN_OUT:
-        return ease_by_speed(a[0], a[1], s);
-    case KEYS_BEZIER:
-        return bezier_by_bisection(a, s);
-    case KEYS_SPRING:
-        return 1 - spring_by_steps(a[0], a[1], s * seconds) +
-               spring_by_steps(a[0], a[1], seconds) * (3 * s * s - 2 * s * s * s);
-    default:
-        return s;
-    }
-}
-
-static bool is_closed(const Plain *p) {
-    bool loops = p->before == KEYS_END_LOOP || p->after == KEYS_END_LOOP;
-    return p->before == KEYS_END_OFFSET || p->after == KEYS_END_OFFSET ||
-           (loops && p->values[0] == p->values[p->n - 1]);
-}
-
-static double lerp_at(double t, double t0, double t1, double a, double b) {
-    return (a * (t1 - t) + b * (t - t0)) / (t1 - t0);
-}
-
-// Barry and Goldman's pyramid over the four keys around the span; missing ones are reflected.
-static double plain_smooth(const Plain *p, uint32_t k, double t) {
-    uint32_t last = p->n - 1;
-    double T[4] = {0, p->times[k], p->times[k + 1], 0},
-           v[4] = {0, p->values[k], p->values[k + 1], 0};
-    T[0] = T[1] - (T[2] - T[1]);
-    v[0] = v[1] - (v[2] - v[1]);
-    T[3] = T[2] + (T[2] - T[1]);
-    v[3] = v[2] + (v[2] - v[1]);
-    if (k > 0 && p->modes[k - 1].curve != KEYS_STEP) {
-        T[0] = p->times[k - 1];
-        v[0] = p->values[k - 1];
-    } else if (k == 0 && is_closed(p) && p->modes[last - 1].curve != KEYS_STEP) {
-        T[0] = T[1] - (p->times[last] - p->times[last - 1]);
-        v[0] = v[1] - (p->values[last] - p->values[last - 1]);
-    }
-    if (k + 1 < last && p->modes[k + 1].curve != KEYS_STEP) {
-        T[3] = p->times[k + 2];
-        v[3] = p->values[k + 2];
-    } else if (k + 1 == last && is_closed(p) && p->modes[0].curve != KEYS_STEP) {
-        T[3] = T[2] + (p->times[1] - p->times[0]);
-        v[3] = v[2] + (p->values[1] - p->values[0]);
-    }
-    double a[3], b[2];
-    for (int i = 0; i < 3; i++) {
-        a[i] = lerp_at(t, T[i], T[i + 1], v[i], v[i + 1]);
-    }
-    for (int i = 0; i < 2; i++) {
-        b[i] = lerp_at(t, T[i], T[i + 2], a[i], a[i + 1]);
-    }
-    return lerp_at(t, T[1], T[2], b[0], b[1]);
-}
-
-static double plain_inside(const Plain *p, double t) {
-    uint32_t k = 0;
-    while (k + 2 < p->n && p->times[k + 1] <= t) {
-        k++;
-    }
-    if (p->modes[k].curve == KEYS_SMOOTH) {
-        return plain_smooth(p, k, t);
-    }
-    double seconds = p->times[k + 1] - p->times[k], s = (t - p->times[k]) / seconds;
-    double f = plain_progress(&p->modes[k], s, seconds);
-    return p->values[k] + f * (p->values[k + 1] - p->values[k]);
-}
-
-// One-sided, inside the table.
-static double plain_speed(const Plain *p, bool is_last) {
-    double at = p->times[is_last ? p->n - 1 : 0], h = is_last ? -1e-5 : 1e-5;
-    double here = is_last && p->modes[p->n - 2].curve == KEYS_STEP
-                      ? p->values[p->n - 2]
-                      : p->values[is_last ? p->n - 1 : 0];
-    return (-3 * here + 4 * plain_inside(p, at + h) - plain_inside(p, at + 2 * h)) / (2 * h);
-}
-
-static double plain_value(const Plain *p, double t) {
-    double first = p->times[0], last = p->times[p->n - 1], length = last - first, cycles;
-    if (t >= first && t < last) {
-        return plain_inside(p, t);
-    }
-    bool is_late = t >= last;
-    double value = p->values[is_late ? p->n - 1 : 0];
-    cycles = floor((t - first) / length);
-    switch (is_late ? p->after : p->before) {
-    case KEYS_END_HOLD:
-        return value;
-    case KEYS_END_LINEAR:
-        return value + (t - (is_late ? last : first)) * plain_speed(p, is_late);
-    case KEYS_END_LOOP:
-        return plain_inside(p, t - cycles * length);
-    case KEYS_END_OFFSET:
-        return plain_inside(p, t - cycles * length) + cycles * (p->values[p->n - 1] - p->values[0]);
-    default: {
-        double forth = t - cycles * length;
-        return plain_inside(p, fmod(fabs(cycles), 2) == 0 ? forth : first + last - forth);
-    }
-    }
-}
-
-// --- Random tables ---
-
-static KeysMode random_mode(void) {
-    KeysMode m = {.curve = (KeysCurve)below(KEYS_CURVES)};
-    double *a = m.arguments;
-    switch (m.curve) {
-    case KEYS_EASE_IN_OUT:
-        a[0] = below(3) ? real(0, 0.6) : 0;
-        a[1] = below(3) ? real(0, 0.4) : 0;
-        break;
-    case KEYS_BEZIER:
-        a[0] = real(0.05, 1);
-        a[1] = real(-1, 2);
-        a[2] = real(0, 0.95);
-        a[3] = real(-1, 2);
-        break;
-    case KEYS_SPRING:
-        a[0] = real(0.3, 3);
-        a[1] = below(4) ? real(0, 2) : 1;
-        break;
-    default:
-        break;
-    }
-    return m;
-}
-
-static Plain random_table(int round) {
-    Plain p = {.n = 2 + below(MAX_KEYS - 2)};
-    double t = real(-3, 3);
-    KeysMode one = random_mode();
-    for (uint32_t k = 0; k < p.n; k++) {
-        p.times[k] = t;
-        t += real(0.1, 2);
-        p.values[k] = real(-2, 2);
-        p.modes[k] = round % 3 ? random_mode() : one;
-    }
-    p.before = (KeysEnd)below(KEYS_ENDS);
-    p.after = (KeysEnd)below(KEYS_ENDS);
-    if (round % 4 == 0) {
-        p.values[p.n - 1] = p.values[0];
-    }
-    return p;
-}
 
 static Keys keys_of(const Plain *p) {
     return (Keys){p->n, p->times, p->modes, p->before, p->after};
@@ -251,27 +29,18 @@ static double run(const Program *program, double t) {
     return out;
 }
 
-static void print_table(const Plain *p) {
-    for (uint32_t k = 0; k < p->n; k++) {
-        const double *a = p->modes[k].arguments;
-        print_message("%.17g: %.17g %s %.17g %.17g %.17g %.17g\n", p->times[k], p->values[k],
-                      keys_curves[p->modes[k].curve].name, a[0], a[1], a[2], a[3]);
-    }
-    print_message("before %s, after %s\n", keys_ends[p->before].name, keys_ends[p->after].name);
-}
-
 static void keys_match_plain(void **state) {
     (void)state;
-    seed = 1;
+    plain_seed = 1;
     for (int round = 0; round < 600; round++) {
         Arena arena = {0};
         Dag *dag = dag_new(&arena);
-        Plain p = random_table(round);
+        Plain p = plain_random(round);
         Ref ref = build(dag, &p);
         Program *program = dag_compile(dag, &arena, &ref, 1);
         for (int i = 0; i < 6; i++) {
             double margin = i < 3 ? 0 : 3 * (p.times[p.n - 1] - p.times[0]);
-            double t = real(p.times[0] - margin, p.times[p.n - 1] + margin);
+            double t = plain_real(p.times[0] - margin, p.times[p.n - 1] + margin);
             double expected = plain_value(&p, t), got = run(program, t);
             // Continued ends: the oracle's difference quotient.
             bool is_early = t < p.times[0], is_late = t >= p.times[p.n - 1];
@@ -279,7 +48,7 @@ static void keys_match_plain(void **state) {
                                 (is_late && p.after == KEYS_END_LINEAR);
             double bound = is_continued ? 2e-5 * (1 + fabs(t)) * (1 + fabs(expected)) : 1e-8;
             if (!(fabs(got - expected) <= bound)) {
-                print_table(&p);
+                plain_print(&p);
                 fail_msg("round %d: at %.17g: %.17g, expected %.17g", round, t, got, expected);
             }
         }
@@ -293,11 +62,11 @@ static bool starts_again(const Plain *p) {
 
 static void keys_are_exact(void **state) {
     (void)state;
-    seed = 2;
+    plain_seed = 2;
     for (int round = 0; round < 400; round++) {
         Arena arena = {0};
         Dag *dag = dag_new(&arena);
-        Plain p = random_table(round);
+        Plain p = plain_random(round);
         Ref ref = build(dag, &p);
         Program *program = dag_compile(dag, &arena, &ref, 1);
         for (uint32_t k = 0; k < p.n; k++) {
@@ -306,7 +75,7 @@ static void keys_are_exact(void **state) {
             double got = run(program, p.times[k]);
             bool is_exact = p.after != KEYS_END_OFFSET || !is_passed;
             if (is_exact ? got != expected : fabs(got - expected) > 1e-14) {
-                print_table(&p);
+                plain_print(&p);
                 fail_msg("round %d: key %u: %.17g, expected %.17g", round, k, got, expected);
             }
             if (k > 0 && p.modes[k - 1].curve == KEYS_STEP) { // just before it jumps
@@ -320,11 +89,11 @@ static void keys_are_exact(void **state) {
 
 static void keys_move_with_values(void **state) {
     (void)state;
-    seed = 3;
+    plain_seed = 3;
     for (int round = 0; round < 150; round++) {
         Arena arena = {0};
         Dag *dag = dag_new(&arena);
-        Plain p = random_table(round);
+        Plain p = plain_random(round);
         Keys keys = keys_of(&p);
         Ref t = dag_input(dag, IN_T), values[MAX_KEYS][2], out[2];
         for (uint32_t k = 0; k < p.n; k++) { // one component moves, the other does not
@@ -334,7 +103,7 @@ static void keys_move_with_values(void **state) {
         }
         keys_values(dag, &keys, t, &values[0][0], 2, out);
         Program *program = dag_compile(dag, &arena, out, 2);
-        double at = real(p.times[0], p.times[p.n - 1]);
+        double at = plain_real(p.times[0], p.times[p.n - 1]);
         double in[IN_COUNT] = {[IN_T] = at}, got[2];
         program_run1(program, in, got);
         // Moving ends are not equal, so a loop through equal keys is not smooth for them together.
@@ -367,17 +136,17 @@ static void keys_solve_bezier(void **state) {
     static const double special[] = {0, 1, 0.5, 1e-3, 1 - 1e-3, 1e-9, 1 - 1e-9, 1e-14, 1 - 0x1p-53};
     enum { N_SPECIAL = sizeof special / sizeof *special };
     double worst = 0;
-    seed = 4;
+    plain_seed = 4;
     for (int round = 0; round < N_SPECIAL * N_SPECIAL + 200; round++) {
         bool is_random = round >= N_SPECIAL * N_SPECIAL;
-        double x1 = is_random ? real(0, 1) : special[round / N_SPECIAL];
-        double x2 = is_random ? real(0, 1) : special[round % N_SPECIAL];
+        double x1 = is_random ? plain_real(0, 1) : special[round / N_SPECIAL];
+        double x2 = is_random ? plain_real(0, 1) : special[round % N_SPECIAL];
         Arena arena = {0};
         Dag *dag = dag_new(&arena);
         Ref ref = one_span(dag, (KeysMode){KEYS_BEZIER, {x1, x1, x2, x2}});
         Program *program = dag_compile(dag, &arena, &ref, 1);
         for (int i = 0; i < 300; i++) {
-            double s = i < 60 ? ldexp(1, -i) * 0.999 : real(0, 1);
+            double s = i < 60 ? ldexp(1, -i) * 0.999 : plain_real(0, 1);
             s = i % 3 == 1 ? 1 - s : s;
             s = i % 7 == 2 ? fabs(0.5 + (s - 0.5) * ldexp(1, -(i % 50))) : s;
             double error = fabs(run(program, s) - s);
@@ -395,18 +164,18 @@ static void keys_solve_bezier(void **state) {
 
 static void keys_have_rates(void **state) {
     (void)state;
-    seed = 5;
+    plain_seed = 5;
     uint32_t n_compared = 0;
     for (int round = 0; round < 300; round++) {
         Arena arena = {0};
         Dag *dag = dag_new(&arena);
-        Plain p = random_table(round);
+        Plain p = plain_random(round);
         Ref ref = build(dag, &p), rate = dag_diff(dag, ref, IN_T, 1e-4, NULL);
         Program *program = dag_compile(dag, &arena, &ref, 1);
         Program *rates = dag_compile(dag, &arena, &rate, 1);
         double length = p.times[p.n - 1] - p.times[0], h = 1e-5;
         for (int i = 0; i < 6; i++) {
-            double t = real(p.times[0] - length, p.times[p.n - 1] + length);
+            double t = plain_real(p.times[0] - length, p.times[p.n - 1] + length);
             double f[4] = {run(program, t - 2 * h), run(program, t - h), run(program, t + h),
                            run(program, t + 2 * h)};
             double near = (f[2] - f[1]) / (2 * h), far = (f[3] - f[0]) / (4 * h);
@@ -479,9 +248,9 @@ static void keys_cost_little(void **state) {
 // --- Rotations ---
 
 static Plain random_turns(int round) {
-    Plain p = random_table(round);
+    Plain p = plain_random(round);
     for (uint32_t k = 1; k < p.n; k++) { // less than half a turn each, so the shorter way is meant
-        p.values[k] = p.values[k - 1] + real(-2, 2);
+        p.values[k] = p.values[k - 1] + plain_real(-2, 2);
     }
     double total = p.values[p.n - 1] - p.values[0];
     bool offsets = p.before == KEYS_END_OFFSET || p.after == KEYS_END_OFFSET;
@@ -495,19 +264,19 @@ static Plain random_turns(int round) {
 
 static void keys_turn_about_an_axis(void **state) {
     (void)state;
-    seed = 6;
+    plain_seed = 6;
     for (int round = 0; round < 300; round++) {
         Arena arena = {0};
         Dag *dag = dag_new(&arena);
         Plain p = random_turns(round);
         Keys keys = keys_of(&p);
         Ref t = dag_input(dag, IN_T);
-        Ref3 axis = spatial_const(dag, real(-1, 1), real(-1, 1), 1);
+        Ref3 axis = spatial_const(dag, plain_real(-1, 1), plain_real(-1, 1), 1);
         Ref3 v = spatial_const(dag, 1, -2, 0.5);
         RefQuat turns[MAX_KEYS];
         for (uint32_t k = 0; k < p.n; k++) {
             turns[k] = spatial_quat(dag, axis, dag_const(dag, p.values[k]));
-            turns[k] = below(2) ? turns[k] : spatial_quat_negate(dag, turns[k]);
+            turns[k] = plain_int(2) ? turns[k] : spatial_quat_negate(dag, turns[k]);
         }
         RefQuat q = keys_rotation(dag, &keys, t, turns);
         Ref3 got = spatial_quat_rotate(dag, q, v);
@@ -517,12 +286,12 @@ static void keys_turn_about_an_axis(void **state) {
         Program *program = dag_compile(dag, &arena, out, 7);
         double length = p.times[p.n - 1] - p.times[0];
         for (int i = 0; i < 8; i++) {
-            double at = real(p.times[0] - 2 * length, p.times[p.n - 1] + 2 * length), x[7];
+            double at = plain_real(p.times[0] - 2 * length, p.times[p.n - 1] + 2 * length), x[7];
             double in[IN_COUNT] = {[IN_T] = at};
             program_run1(program, in, x);
             for (int k = 0; k < 3; k++) {
                 if (!(fabs(x[k] - x[k + 3]) < 1e-10)) {
-                    print_table(&p);
+                    plain_print(&p);
                     fail_msg("round %d: at %.17g: %.17g, expected %.17g", round, at, x[k],
                              x[k + 3]);
                 }
@@ -535,7 +304,7 @@ static void keys_turn_about_an_axis(void **state) {
 
 static void keys_turn_smoothly(void **state) {
     (void)state;
-    seed = 7;
+    plain_seed = 7;
     for (int round = 0; round < 100; round++) {
         Arena arena = {0};
         Dag *dag = dag_new(&arena);
@@ -544,10 +313,10 @@ static void keys_turn_smoothly(void **state) {
         KeysMode modes[N];
         RefQuat turns[N];
         for (int k = 0; k < N; k++) {
-            times[k] = k ? times[k - 1] + real(0.3, 2) : 0;
+            times[k] = k ? times[k - 1] + plain_real(0.3, 2) : 0;
             modes[k] = (KeysMode){KEYS_SMOOTH, {0}};
-            Ref3 axis = spatial_const(dag, real(-1, 1), real(-1, 1), real(-1, 1));
-            turns[k] = spatial_quat(dag, axis, dag_const(dag, real(-3, 3)));
+            Ref3 axis = spatial_const(dag, plain_real(-1, 1), plain_real(-1, 1), plain_real(-1, 1));
+            turns[k] = spatial_quat(dag, axis, dag_const(dag, plain_real(-3, 3)));
             const Ref parts[4] = {turns[k].x, turns[k].y, turns[k].z, turns[k].w};
             for (int i = 0; i < 4; i++) {
                 dag_is_const(dag, parts[i], &at[k][i]);
