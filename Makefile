@@ -28,7 +28,7 @@ endif
 WARNINGS := -Wall -Wextra -Wshadow -Wvla -Wpointer-arith -Wno-missing-field-initializers
 COMMON := -I. -MMD -MP -fopenmp -fPIC -ffp-contract=off -fno-math-errno $(WARNINGS) \
           $(CFLAGS_$(config))
-ALL_CFLAGS = -std=c11 -pedantic -D_POSIX_C_SOURCE=200809L -Wstrict-prototypes -Wmissing-prototypes \
+ALL_CFLAGS = -std=c11 -pedantic -D_XOPEN_SOURCE=700 -Wstrict-prototypes -Wmissing-prototypes \
              $(COMMON) $(CFLAGS)
 ALL_CXXFLAGS = -std=c++17 $(COMMON) $(CXXFLAGS)
 LDLIBS := -lOpenEXRCore-3_1 -lsleef -lm -ldl $(LDLIBS_$(config))

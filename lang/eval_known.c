@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// What must be known while the scene is loaded, and the reports where it is not.
+#include "lang/eval.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+
+// ---- Reports
+
+static Value report(Eval *ev, Span where, const char *hint, const char *format, va_list args) {
+    va_list again;
+    va_copy(again, args);
+    int n = vsnprintf(NULL, 0, format, args);
+    char *text = arena_array(ev->arena, (size_t)n + 1, 1);
+    vsnprintf(text, (size_t)n + 1, format, again);
+    va_end(again);
+    diag_error(ev->diag, where, hint, "%s", text);
+    return value_poison();
+}
+
+Value eval_error_at(Eval *ev, Span where, const char *hint, const char *format, ...) {
+    va_list args;
+    va_start(args, format);
+    Value poison = report(ev, where, hint, format, args);
+    va_end(args);
+    return poison;
+}
+
+Value eval_error(Eval *ev, const Env *env, NodeId node, const char *hint, const char *format, ...) {
+    va_list args;
+    va_start(args, format);
+    Value poison = report(ev, syntax_span(env->module->syntax, node), hint, format, args);
+    va_end(args);
+    return poison;
+}
+
+bool eval_step(Eval *ev, const Env *env, NodeId node) {
+    if (ev->stopped || ev->unroll) {
+        return false;
+    }
+    if (++ev->steps > ev->max_steps) {
+        eval_error(ev, env, node, "loops and recursion are carried out while the scene is loaded",
+                   "evaluating this scene takes more than %llu steps",
+                   (unsigned long long)ev->max_steps);
+        ev->stopped = true;
+        return false;
+    }
+    return true;
+}
+
+// ---- What must be known
+
+enum { LOOP_INPUTS = 15u << IN_LOOP0 };
+
+const char *eval_input_name(uint32_t inputs) {
+    static const char *const names[IN_COUNT] = {"t",
+                                                "T",
+                                                "u",
+                                                "v",
+                                                "p",
+                                                "p",
+                                                "p",
+                                                "n",
+                                                "n",
+                                                "n",
+                                                "P",
+                                                "P",
+                                                "P",
+                                                "N",
+                                                "N",
+                                                "N",
+                                                "i",
+                                                "x",
+                                                "a loop's variable",
+                                                "a loop's variable",
+                                                "a loop's variable",
+                                                "a loop's variable"};
+    for (int i = 0; i < IN_COUNT; i++) {
+        if (inputs >> i & 1) {
+            return names[i];
+        }
+    }
+    return "nothing";
+}
+
+Known eval_known(Eval *ev, Ref ref, double *x) {
+    if (dag_is_const(ev->dag, ref, x)) {
+        return KNOWN;
+    }
+    uint32_t inputs = dag_inputs(ev->dag, ref);
+    if (inputs & ~LOOP_INPUTS) {
+        return KNOWN_NEVER;
+    }
+    ev->unroll |= inputs >> IN_LOOP0;
+    return KNOWN_LATER;
+}
+
+bool eval_need(Eval *ev, const Env *env, NodeId node, Ref ref, const char *what, double *x) {
+    switch (eval_known(ev, ref, x)) {
+    case KNOWN:
+        return true;
+    case KNOWN_NEVER:
+        eval_error(ev, env, node, NULL,
+                   "%s must be known when the scene is loaded, this depends on %s", what,
+                   eval_input_name(dag_inputs(ev->dag, ref) & ~LOOP_INPUTS));
+        return false;
+    default:
+        return false;
+    }
+}
+
+bool eval_need_bool(Eval *ev, const Env *env, NodeId node, const Value *value, const char *what,
+                    const char *hint, bool *x) {
+    if (value_is_poison(value)) {
+        return false;
+    }
+    if (!value_is(value, VALUE_BOOL)) {
+        eval_error(ev, env, node, value_is(value, VALUE_NUMBER) ? "write a comparison" : NULL,
+                   "%s is true or false, this is %s", what, value_describe(ev->arena, value));
+        return false;
+    }
+    double truth = 0;
+    switch (eval_known(ev, value->ref[0], &truth)) {
+    case KNOWN:
+        *x = truth != 0;
+        return true;
+    case KNOWN_NEVER:
+        eval_error(ev, env, node, hint,
+                   "%s must be known when the scene is loaded, this depends on %s", what,
+                   eval_input_name(dag_inputs(ev->dag, value->ref[0]) & ~LOOP_INPUTS));
+        return false;
+    default:
+        return false;
+    }
+}
+
+// ---- Sequences
+
+static bool range_sequence(Eval *ev, const Env *env, NodeId node, const Range *range,
+                           Sequence *sequence) {
+    double low, high, step = 1;
+    if (!eval_need(ev, env, node, range->low, "the beginning of a range", &low) ||
+        !eval_need(ev, env, node, range->high, "the end of a range", &high) ||
+        (range->step != REF_NONE &&
+         !eval_need(ev, env, node, range->step, "the step of a range", &step))) {
+        return false;
+    }
+    if (range->is_angle && range->step == REF_NONE) {
+        eval_error(ev, env, node, "write 0deg..90deg by 10deg",
+                   "a range of angles needs a step here");
+        return false;
+    }
+    if (!isfinite(low) || !isfinite(high) || !(step > 0) || !isfinite(step)) {
+        eval_error(ev, env, node, NULL, "a range goes from a number to a number by a step above 0");
+        return false;
+    }
+    // 0..1 by 0.1 holds 1, though ten times 0.1 may round to more.
+    double n = high < low ? 0 : floor((high - low) / step * (1 + 4e-16) + 1e-9) + 1;
+    if (n > EVAL_MAX_ITEMS) {
+        eval_error(ev, env, node, "did you mean fewer, or a longer step?",
+                   "this range has %.15g values, at most %d are allowed", n, EVAL_MAX_ITEMS);
+        return false;
+    }
+    double *numbers = ARENA_ARRAY(ev->arena, (size_t)n, double);
+    for (size_t i = 0; i < (size_t)n; i++) {
+        numbers[i] = fmin(low + (double)i * step, high);
+    }
+    *sequence =
+        (Sequence){(uint32_t)n, numbers, NULL, range->is_angle ? VALUE_ANGLE : VALUE_NUMBER};
+    return true;
+}
+
+// A list of known numbers (or angles) is a sequence of numbers too.
+static void list_sequence(Eval *ev, const List *list, Sequence *sequence) {
+    *sequence = (Sequence){list->n, NULL, list->items, VALUE_NUMBER};
+    ValueType type = list->n ? (ValueType)list->items[0].type : VALUE_POISON;
+    if (type != VALUE_NUMBER && type != VALUE_ANGLE) {
+        return;
+    }
+    double *numbers = ARENA_ARRAY(ev->arena, list->n, double);
+    for (uint32_t i = 0; i < list->n; i++) {
+        if (list->items[i].type != type ||
+            !dag_is_const(ev->dag, list->items[i].ref[0], &numbers[i])) {
+            return;
+        }
+    }
+    sequence->numbers = numbers;
+    sequence->type = type;
+}
+
+bool eval_sequence(Eval *ev, const Env *env, NodeId node, const Value *value, Sequence *sequence) {
+    switch (value->type) {
+    case VALUE_POISON:
+        return false;
+    case VALUE_RANGE:
+        return range_sequence(ev, env, node, value->range, sequence);
+    case VALUE_LIST:
+        list_sequence(ev, value->list, sequence);
+        return true;
+    default:
+        eval_error(ev, env, node, value_is(value, VALUE_NUMBER) ? "write 0..(n - 1)" : NULL,
+                   "a range or a list is expected after 'in', this is %s",
+                   value_describe(ev->arena, value));
+        return false;
+    }
+}
+
+Value sequence_item(Eval *ev, const Sequence *sequence, uint32_t i) {
+    return sequence->items ? sequence->items[i]
+                           : value_scalar(sequence->type, dag_const(ev->dag, sequence->numbers[i]));
+}

@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lowering: programs and materials made once, loops laid out, the scene put together.
+#include "lang/lower_parts.h"
+
+#include <stdio.h>
+#include <string.h>
+
+Lowering *lowering_new(Arena *arena, Arena *scratch) {
+    Lowering *l = ARENA_NEW(scratch, Lowering);
+    l->arena = arena;
+    l->scratch = scratch;
+    l->scene = ARENA_NEW(arena, Scene);
+    return l;
+}
+
+LoweringMark lowering_mark(const Lowering *l) {
+    return (LoweringMark){l->n_shapes, l->n_lights};
+}
+
+void lowering_rewind(Lowering *l, LoweringMark mark) {
+    l->n_shapes = mark.n_shapes;
+    l->n_lights = mark.n_lights;
+}
+
+Arena *lower_arena(Eval *ev) {
+    return ev->lowering->arena;
+}
+
+Shape *lower_new_shape(Eval *ev) {
+    Lowering *l = ev->lowering;
+    l->shapes =
+        arena_grow(l->scratch, l->shapes, l->n_shapes, &l->shapes_capacity, sizeof *l->shapes);
+    l->shapes[l->n_shapes] = (Shape){0};
+    return &l->shapes[l->n_shapes++];
+}
+
+void lower_hash_mesh(Eval *ev, const Mesh *mesh) {
+    Hash128 *hash = &ev->lowering->mesh_hash;
+    hash_add(hash, mesh->position, (size_t)mesh->n_vertices * 3 * sizeof *mesh->position);
+    hash_add(hash, mesh->index, (size_t)mesh->n_triangles * 3 * sizeof *mesh->index);
+    if (mesh->normal) {
+        hash_add(hash, mesh->normal, (size_t)mesh->n_vertices * 3 * sizeof *mesh->normal);
+    }
+    if (mesh->uv) {
+        hash_add(hash, mesh->uv, (size_t)mesh->n_vertices * 2 * sizeof *mesh->uv);
+    }
+}
+
+// ---- Programs
+
+static uint64_t hash_refs(const Ref *refs, uint32_t n) {
+    uint64_t hash = 0x9e3779b97f4a7c15 ^ n;
+    for (uint32_t i = 0; i < n; i++) {
+        hash = (hash ^ refs[i]) * 0xff51afd7ed558ccd;
+        hash ^= hash >> 32;
+    }
+    return hash;
+}
+
+static CachedProgram *program_slot(Lowering *l, uint64_t hash, const Ref *refs, uint32_t n) {
+    size_t slot = hash & (l->n_program_slots - 1);
+    for (;; slot = (slot + 1) & (l->n_program_slots - 1)) {
+        CachedProgram *cached = &l->programs[slot];
+        bool is_same = cached->program && cached->hash == hash && cached->n == n &&
+                       memcmp(cached->refs, refs, n * sizeof *refs) == 0;
+        if (!cached->program || is_same) {
+            return cached;
+        }
+    }
+}
+
+static void grow_programs(Lowering *l) {
+    CachedProgram *old = l->programs;
+    size_t n = l->n_program_slots;
+    l->n_program_slots = n ? 2 * n : 64;
+    l->programs = ARENA_ARRAY(l->scratch, l->n_program_slots, CachedProgram);
+    for (size_t i = 0; i < n; i++) {
+        if (old[i].program) {
+            *program_slot(l, old[i].hash, old[i].refs, old[i].n) = old[i];
+        }
+    }
+}
+
+const Program *lower_program(Eval *ev, const Ref *refs, uint32_t n) {
+    Lowering *l = ev->lowering;
+    if (2 * l->n_programs >= l->n_program_slots) {
+        grow_programs(l);
+    }
+    uint64_t hash = hash_refs(refs, n);
+    CachedProgram *slot = program_slot(l, hash, refs, n);
+    if (!slot->program) {
+        Ref *copy = ARENA_ARRAY(l->scratch, n, Ref);
+        memcpy(copy, refs, n * sizeof *refs);
+        *slot = (CachedProgram){hash, n, copy, dag_compile(ev->dag, l->arena, refs, n)};
+        l->n_programs++;
+    }
+    return slot->program;
+}
+
+const Program *lower_breaks(Eval *ev, const Ref *refs, uint32_t n) {
+    uint32_t inputs = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        inputs |= dag_inputs(ev->dag, refs[i]);
+    }
+    if (!(inputs & (1u << IN_T | 1u << IN_FILM_T))) {
+        return NULL;
+    }
+    Ref few[16], *breaks = few;
+    uint32_t n_breaks = dag_breaks(ev->dag, refs, n, few, 16);
+    if (n_breaks > 16) {
+        breaks = ARENA_ARRAY(ev->arena, n_breaks, Ref);
+        dag_breaks(ev->dag, refs, n, breaks, n_breaks);
+    }
+    return n_breaks ? lower_program(ev, breaks, n_breaks) : NULL;
+}
+
+// ---- Materials
+
+static bool same_material(const MaterialValue *a, const MaterialValue *b) {
+    return a->kind == b->kind && a->n == b->n && memcmp(a->ref, b->ref, a->n * sizeof *a->ref) == 0;
+}
+
+static uint64_t hash_material(const MaterialValue *material) {
+    return hash_refs(material->ref, material->n) + (uint64_t)material->kind * 0x9e3779b97f4a7c15;
+}
+
+static uint32_t *material_slot(Lowering *l, const MaterialValue *material) {
+    size_t slot = hash_material(material) & (l->n_material_slots - 1);
+    while (l->material_slots[slot] &&
+           !same_material(l->material_values[l->material_slots[slot] - 1], material)) {
+        slot = (slot + 1) & (l->n_material_slots - 1);
+    }
+    return &l->material_slots[slot];
+}
+
+static void grow_materials(Lowering *l) {
+    l->n_material_slots = l->n_material_slots ? 2 * l->n_material_slots : 64;
+    l->material_slots = ARENA_ARRAY(l->scratch, l->n_material_slots, uint32_t);
+    for (uint32_t i = 0; i < l->n_materials; i++) {
+        *material_slot(l, l->material_values[i]) = i + 1;
+    }
+}
+
+uint32_t lower_material(Eval *ev, const MaterialValue *material, SourceRef where) {
+    Lowering *l = ev->lowering;
+    if (2 * (size_t)l->n_materials >= l->n_material_slots) {
+        grow_materials(l);
+    }
+    uint32_t *slot = material_slot(l, material);
+    if (!*slot) {
+        l->materials = arena_grow(l->arena, l->materials, l->n_materials, &l->materials_capacity,
+                                  sizeof *l->materials);
+        l->material_values = arena_grow(l->scratch, l->material_values, l->n_materials,
+                                        &l->values_capacity, sizeof *l->material_values);
+        l->materials[l->n_materials] =
+            (Material){material->kind, lower_program(ev, material->ref, material->n), where};
+        l->material_values[l->n_materials] = material;
+        *slot = ++l->n_materials;
+    }
+    return *slot - 1;
+}
+
+// ---- Loops
+
+void lower_loops(Eval *ev, Shape *shape) {
+    Loops *loops = ev->loops;
+    shape->n_instances = loops ? loops->n_instances : 1;
+    shape->n_loops = loops ? loops->depth + 1 : 0;
+    if (!loops) {
+        return;
+    }
+    if (!loops->table) {
+        size_t width = loops->depth + 1;
+        loops->table = arena_array(ev->lowering->arena, loops->n_instances, width * sizeof(double));
+        size_t every = 1; // instances between two values of a loop: the innermost changes fastest
+        for (const Loops *loop = loops; loop; every *= loop->n_values, loop = loop->parent) {
+            for (size_t i = 0; i < loops->n_instances; i++) {
+                loops->table[i * width + loop->depth] = loop->values[i / every % loop->n_values];
+            }
+        }
+    }
+    shape->loops = loops->table;
+}
+
+// ---- Properties
+
+bool lower_once(Eval *ev, Source *source, const Object *object) {
+    if (source->module) {
+        eval_error_at(ev, object->where, NULL, "a scene has one %s, this is a second",
+                      object->name);
+        diag_note(ev->diag, source->where, "the first is here");
+        return false;
+    }
+    *source = (Source){object->where, object->env.module};
+    return true;
+}
+
+bool lower_vec3(Eval *ev, const Object *object, PropertyId id, Ref3 *v) {
+    Value value = object_value(ev, object, id);
+    if (!value_is_vec3(&value)) {
+        return false;
+    }
+    *v = value_ref3(&value);
+    return true;
+}
+
+bool lower_scalar(Eval *ev, const Object *object, PropertyId id, Ref *ref) {
+    Value value = object_value(ev, object, id);
+    *ref = value.ref[0];
+    return value.n == 1 && value_is_numeric(&value);
+}
+
+const Program *lower_visible(Eval *ev, const Place *place) {
+    double x;
+    bool is_always = dag_is_const(ev->dag, place->visible, &x) && x != 0;
+    return is_always ? NULL : lower_program(ev, &place->visible, 1);
+}
+
+// ---- The door
+
+// Cameras and lights stand alone: a loop around them is walked value by value.
+static bool in_batch(Eval *ev) {
+    if (ev->loops) {
+        ev->unroll |= (2u << ev->loops->depth) - 1;
+    }
+    return ev->loops != NULL;
+}
+
+void lower_object(Eval *ev, const Object *object, const Place *place, const char *label) {
+    if (node_infos[object->kind].class == NODE_CLASS_SHAPE) {
+        lower_shape(ev, object, place, label);
+        return;
+    }
+    if (in_batch(ev)) {
+        return;
+    }
+    switch (object->kind) {
+    case OBJECT_FILM:
+        lower_film(ev, object);
+        break;
+    case OBJECT_SHUTTER:
+        lower_shutter(ev, object);
+        break;
+    case OBJECT_RENDER:
+        lower_render(ev, object);
+        break;
+    case OBJECT_CAMERA:
+        lower_camera(ev, object, place);
+        break;
+    case OBJECT_SUN:
+        lower_sun(ev, object, place);
+        break;
+    case OBJECT_LAMP:
+        lower_lamp(ev, object, place);
+        break;
+    default:
+        lower_sky(ev, object, place);
+    }
+}
+
+void lowering_override(Eval *ev, const Overrides *overrides) {
+    ev->lowering->overrides = *overrides;
+    if (overrides->fps > 0) {
+        ev->fps = overrides->fps;
+    }
+}
+
+// ---- The end
+
+// Materials of objects that a batched loop gave up are left out.
+static void keep_used_materials(Lowering *l) {
+    uint32_t *index = ARENA_ARRAY(l->scratch, l->n_materials, uint32_t), n = 0;
+    for (uint32_t i = 0; i < l->n_shapes; i++) {
+        index[l->shapes[i].material] = 1;
+    }
+    for (uint32_t i = 0; i < l->n_materials; i++) {
+        if (index[i]) {
+            l->materials[n] = l->materials[i];
+            index[i] = n++;
+        }
+    }
+    for (uint32_t i = 0; i < l->n_shapes; i++) {
+        l->shapes[i].material = index[l->shapes[i].material];
+    }
+    l->n_materials = n;
+}
+
+static void add_defaults(Eval *ev) {
+    Lowering *l = ev->lowering;
+    Place place = {.is_identity = true, .visible = dag_const(ev->dag, 1)};
+    Object object = {.is_identity = true};
+    if (!l->shutter.module) {
+        object.kind = OBJECT_SHUTTER;
+        lower_shutter(ev, &object);
+    }
+    if (!l->render.module) {
+        object.kind = OBJECT_RENDER;
+        lower_render(ev, &object);
+    }
+    if (l->n_lights == 0) {
+        object.kind = OBJECT_SKY;
+        lower_sky(ev, &object, &place);
+    }
+    l->scene->camera.automatic = !l->camera.module;
+}
+
+static void apply_overrides(Lowering *l) {
+    const Overrides *o = &l->overrides;
+    FilmSettings *film = &l->scene->film;
+    if (o->width) {
+        film->width = o->width;
+        film->height = o->height;
+    }
+    if (o->has_frames) {
+        film->first_frame = o->first_frame;
+        film->last_frame = o->last_frame;
+    }
+    if (o->has_shutter) {
+        l->scene->shutter = lowering_shutter(film->fps, o->shutter_is_angle, o->shutter, l->phase);
+    }
+}
+
+Scene *lowering_finish(Eval *ev, const Hash128 *sources) {
+    Lowering *l = ev->lowering;
+    Scene *scene = l->scene;
+    add_defaults(ev);
+    apply_overrides(l);
+    keep_used_materials(l);
+    if (l->n_shapes == 0) {
+        diag_warn(ev->diag, WARN_EMPTY, (Span){0, 0}, "sphere { } is one",
+                  "the scene has no shapes");
+    }
+    Shape *shapes = ARENA_ARRAY(l->arena, l->n_shapes, Shape);
+    memcpy(shapes, l->shapes, l->n_shapes * sizeof *shapes);
+    scene->shapes = shapes;
+    scene->n_shapes = l->n_shapes;
+    scene->lights = l->lights;
+    scene->n_lights = l->n_lights;
+    scene->materials = l->materials;
+    scene->n_materials = l->n_materials;
+    Hash128 hash = *sources;
+    hash_add(&hash, &l->mesh_hash, sizeof l->mesh_hash);
+    hash_text(&hash, scene->hash);
+    return scene;
+}

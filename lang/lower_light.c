@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lowering of cameras and lights.
+#include "lang/lower_parts.h"
+
+#include <string.h>
+
+static Ref3 placed_point(Eval *ev, const Place *place, Ref3 p) {
+    return place->is_identity ? p : spatial_map_point(ev->dag, &place->map, p);
+}
+
+static Ref3 placed_vector(Eval *ev, const Place *place, Ref3 v) {
+    return place->is_identity ? v : spatial_map_vector(ev->dag, &place->map, v);
+}
+
+static void append3(Ref *refs, uint32_t *n, Ref3 v) {
+    refs[(*n)++] = v.x;
+    refs[(*n)++] = v.y;
+    refs[(*n)++] = v.z;
+}
+
+static void check_directions(Eval *ev, const Object *object, const Ref *refs) {
+    double a[3], b[3];
+    for (int i = 0; i < 3; i++) {
+        if (!dag_is_const(ev->dag, refs[i], &a[i]) || !dag_is_const(ev->dag, refs[3 + i], &b[i])) {
+            return;
+        }
+    }
+    if (a[0] == b[0] && a[1] == b[1] && a[2] == b[2]) {
+        eval_error_at(ev, object->where, NULL,
+                      "the camera looks nowhere: from and to are the same point");
+    }
+}
+
+void lower_camera(Eval *ev, const Object *object, const Place *place) {
+    Lowering *l = ev->lowering;
+    if (!lower_once(ev, &l->camera, object)) {
+        return;
+    }
+    Value kind = object_value(ev, object, PROPERTY_CAMERA_KIND);
+    const char *word = value_is(&kind, VALUE_STRING) ? symbol_text(ev->symbols, kind.symbol) : "";
+    if (strcmp(word, "spherical") == 0) {
+        eval_error_at(ev, object_given(object, PROPERTY_CAMERA_KIND)->where, NULL,
+                      "not supported yet: a spherical camera");
+        return;
+    }
+    Ref refs[10];
+    Ref3 from, to, up;
+    uint32_t n = 0;
+    if (!lower_vec3(ev, object, PROPERTY_CAMERA_FROM, &from) ||
+        !lower_vec3(ev, object, PROPERTY_CAMERA_TO, &to) ||
+        !lower_vec3(ev, object, PROPERTY_CAMERA_UP, &up) ||
+        !lower_scalar(ev, object, PROPERTY_CAMERA_FOV, &refs[9])) {
+        return;
+    }
+    append3(refs, &n, placed_point(ev, place, from));
+    append3(refs, &n, placed_point(ev, place, to));
+    append3(refs, &n, placed_vector(ev, place, up));
+    check_directions(ev, object, refs);
+    l->scene->camera = (CameraSettings){
+        strcmp(word, "orthographic") == 0 ? CAMERA_ORTHOGRAPHIC : CAMERA_PERSPECTIVE,
+        lower_program(ev, refs, 10), false, scene_source_ref(object->where)};
+}
+
+static void add_light(Eval *ev, LightKind kind, const Object *object, const Place *place,
+                      const Ref *refs, uint32_t n) {
+    Lowering *l = ev->lowering;
+    double always;
+    l->lights =
+        arena_grow(l->arena, l->lights, l->n_lights, &l->lights_capacity, sizeof *l->lights);
+    l->lights[l->n_lights++] = (Light){kind, lower_program(ev, refs, n), lower_visible(ev, place),
+                                       scene_source_ref(object->where)};
+    if (dag_is_const(ev->dag, place->visible, &always) && always == 0) {
+        diag_warn(ev->diag, WARN_LIGHT_NEVER_VISIBLE, object->where, NULL,
+                  "this %s is never visible", object->name);
+    }
+}
+
+void lower_sun(Eval *ev, const Object *object, const Place *place) {
+    Ref refs[8];
+    Ref3 dir, color;
+    uint32_t n = 0;
+    if (!lower_vec3(ev, object, PROPERTY_SUN_DIR, &dir) ||
+        !lower_scalar(ev, object, PROPERTY_SUN_POWER, &refs[3]) ||
+        !lower_vec3(ev, object, PROPERTY_SUN_COLOR, &color) ||
+        !lower_scalar(ev, object, PROPERTY_SUN_ANGLE, &refs[7])) {
+        return;
+    }
+    append3(refs, &n, placed_vector(ev, place, dir));
+    n++;
+    append3(refs, &n, color);
+    double x[3];
+    bool is_known = dag_is_const(ev->dag, refs[0], &x[0]) &&
+                    dag_is_const(ev->dag, refs[1], &x[1]) && dag_is_const(ev->dag, refs[2], &x[2]);
+    if (is_known && x[0] == 0 && x[1] == 0 && x[2] == 0) {
+        eval_error_at(ev, object->where, "dir points towards the sun",
+                      "the sun has no direction: dir is <0, 0, 0>");
+        return;
+    }
+    add_light(ev, LIGHT_SUN, object, place, refs, 8);
+}
+
+void lower_lamp(Eval *ev, const Object *object, const Place *place) {
+    Ref refs[8];
+    Ref3 from, color;
+    uint32_t n = 0;
+    if (!lower_vec3(ev, object, PROPERTY_LAMP_FROM, &from) ||
+        !lower_scalar(ev, object, PROPERTY_LAMP_POWER, &refs[3]) ||
+        !lower_vec3(ev, object, PROPERTY_LAMP_COLOR, &color) ||
+        !lower_scalar(ev, object, PROPERTY_LAMP_RADIUS, &refs[7])) {
+        return;
+    }
+    append3(refs, &n, placed_point(ev, place, from));
+    n++;
+    append3(refs, &n, color);
+    add_light(ev, LIGHT_LAMP, object, place, refs, 8);
+}
+
+void lower_sky(Eval *ev, const Object *object, const Place *place) {
+    Ref refs[4];
+    Ref3 color;
+    uint32_t n = 0;
+    if (!lower_once(ev, &ev->lowering->sky, object) ||
+        !lower_vec3(ev, object, PROPERTY_SKY_COLOR, &color) ||
+        !lower_scalar(ev, object, PROPERTY_SKY_POWER, &refs[3])) {
+        return;
+    }
+    append3(refs, &n, color);
+    add_light(ev, LIGHT_SKY, object, place, refs, 4);
+}

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Inside of the lowering, shared by its files (lang/lower*.c).
+#ifndef LANG_LOWER_PARTS_H
+#define LANG_LOWER_PARTS_H
+
+#include "lang/hash.h"
+#include "lang/lower.h"
+#include "lang/scene_load.h"
+
+// Where a node that may stand only once was found.
+typedef struct {
+    Span where;
+    const Module *module; // NULL: nowhere
+} Source;
+
+// Programs by their outputs.
+typedef struct {
+    uint64_t hash;
+    uint32_t n;
+    const Ref *refs;
+    const Program *program;
+} CachedProgram;
+
+struct Lowering {
+    Arena *arena, *scratch;
+    Scene *scene;
+    Shape *shapes;
+    Light *lights;
+    Material *materials;
+    const MaterialValue **material_values; // what each was made from
+    CachedProgram *programs;               // a power of two of slots
+    uint32_t *material_slots;              // indices + 1
+    size_t shapes_capacity, lights_capacity, materials_capacity, values_capacity;
+    size_t n_programs, n_program_slots, n_material_slots;
+    uint32_t n_shapes, n_lights, n_materials;
+    Source film, shutter, render, camera, sky;
+    double phase; // of the shutter
+    Overrides overrides;
+    const Mesh *unit_box, *unit_quad; // shared by all boxes and quads
+    Hash128 mesh_hash;
+};
+
+// False: there was one before (reported).
+bool lower_once(Eval *ev, Source *source, const Object *object);
+
+// A property's components; false: there was a mistake.
+bool lower_vec3(Eval *ev, const Object *object, PropertyId id, Ref3 *v);
+bool lower_scalar(Eval *ev, const Object *object, PropertyId id, Ref *ref);
+
+// A program with these outputs; the same graphs give the same program.
+const Program *lower_program(Eval *ev, const Ref *refs, uint32_t n);
+
+// NULL where the outputs never jump or bend.
+const Program *lower_breaks(Eval *ev, const Ref *refs, uint32_t n);
+
+// NULL: always.
+const Program *lower_visible(Eval *ev, const Place *place);
+
+uint32_t lower_material(Eval *ev, const MaterialValue *material, SourceRef where);
+
+// The values of the batched loops around, instance by instance.
+void lower_loops(Eval *ev, Shape *shape);
+
+Shape *lower_new_shape(Eval *ev);
+
+// lang/lower_settings.c
+void lower_film(Eval *ev, const Object *object);
+void lower_shutter(Eval *ev, const Object *object);
+void lower_render(Eval *ev, const Object *object);
+
+// lang/lower_light.c
+void lower_camera(Eval *ev, const Object *object, const Place *place);
+void lower_sun(Eval *ev, const Object *object, const Place *place);
+void lower_lamp(Eval *ev, const Object *object, const Place *place);
+void lower_sky(Eval *ev, const Object *object, const Place *place);
+
+// lang/lower_shape.c
+void lower_shape(Eval *ev, const Object *object, const Place *place, const char *label);
+
+// lang/lower_surface.c: the rest pose, cut into triangles; NULL: reported. *vertex gets what moves
+// the vertices, 3 refs; REF_NONE: nothing does.
+const Mesh *lower_surface(Eval *ev, const Object *object, Ref vertex[3]);
+
+// What `deform` makes of a vertex at `rest`; false: reported. id: PROPERTY_SURFACE_DEFORM or
+// PROPERTY_MESH_DEFORM; type_u, type_v: of the variables u and v.
+bool lower_deform(Eval *ev, const Object *object, PropertyId id, const Value *rest,
+                  ValueType type_u, ValueType type_v, Ref out[3]);
+
+#endif

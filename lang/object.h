@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Objects: nodes of a script with their blocks evaluated, and the place where they stand. Made by
+// the evaluator (lang/eval_block.c, lang/eval_object.c), turned into render/scene.h by lowering.
+#ifndef LANG_OBJECT_H
+#define LANG_OBJECT_H
+
+#include "lang/eval.h"
+
+// A property as given by the script.
+typedef struct {
+    PropertyId id;
+    Value value;
+    Span name, where; // of the name, of the value
+    Env env;
+    NodeId node; // the value's, for reports; NODE_FN for functions
+} Given;
+
+// Where things are put: what the blocks around them say. The innermost block that gives a property
+// wins; transforms are joined.
+typedef struct {
+    bool is_identity;                                            // map is not set
+    RefMap map;                                                  // to the world
+    Ref visible;                                                 // of all blocks together
+    const Given *material, *bake, *smooth, *tolerance, *samples; // NULL: nobody says
+    const char *path;                                            // of the labels around: "", "Car/"
+    const char *suffix; // "[2]" within loops that are walked value by value, else ""
+    bool is_outermost;  // no node's block is around: film and its like stand here
+} Place;
+
+enum { OBJECT_MAX_GIVEN = 40 };
+
+// A block's own statements, evaluated.
+typedef struct {
+    ObjectKind kind;  // whose properties it takes; OBJECT_INSTANCE for the copy of a def
+    const char *name; // "sphere", "Blade"
+    Span where;       // of the path
+    Env env;
+    Scope *arguments;   // of a copy: where its def's parameters go; else NULL
+    const Env *def_env; // of a copy: the def's place and parameters
+    NodeId def_params;
+    bool is_identity;
+    RefMap map; // all transforms of the block, the first written acts first
+    uint32_t n_given;
+    Given given[OBJECT_MAX_GIVEN];
+} Object;
+
+const Given *object_given(const Object *object, PropertyId id); // NULL: not given
+
+// A node's own value of a property, else its default; poison only where the default is "".
+Value object_value(Eval *ev, const Object *object, PropertyId id);
+
+// ---- lang/eval_property.c
+
+// Evaluates `name = value` (NODE_PROPERTY) or a `fn` that is a property (NODE_FN) for the object.
+void eval_property(Eval *ev, const Env *env, Object *object, NodeId statement);
+
+// Whether a `fn` of this name in the object's block is one of its properties.
+bool property_is_function(const Object *object, const char *name);
+
+// Joins a transform statement.
+void eval_transform(Eval *ev, const Env *env, Object *object, NodeId statement);
+
+// Checks what came of a property's function (components, what they read). what: "at". inputs: bits
+// that it may read. False: reported.
+bool eval_check_vec3(Eval *ev, Span where, const char *what, const Value *value, uint32_t inputs);
+
+// ---- lang/eval_object.c
+
+// A node, a copy or an instance: NODE_OBJECT.
+void eval_object(Eval *ev, const Env *env, const Place *place, NodeId statement);
+
+// ---- lang/eval_block.c
+
+// Binds a name for a statement; NULL: it is taken or reserved (reported).
+Binding *eval_bind_name(Eval *ev, const Env *env, NodeId statement, Symbol name, BindingKind kind);
+// Binds the names that a block defines.
+void eval_declare(Eval *ev, const Env *env, NodeId block);
+// Properties and transforms of a block, those in its `for`s and `if`s included.
+void eval_gather(Eval *ev, const Env *env, Object *object, NodeId block);
+// Everything else: objects, prints, asserts. has_objects: whether the block may hold any; if not,
+// `name` is the node's, for the report.
+void eval_emit(Eval *ev, const Env *env, const Place *place, NodeId block, bool has_objects,
+               const char *name);
+
+// The place within an object's block.
+Place place_within(Eval *ev, const Place *place, const Object *object);
+
+#endif

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scopes: what names mean. A chain from the innermost block outwards; names are bound when their
+// block is entered, values are found when a name is first used, so what nobody uses costs nothing
+// and a `let` may be used above its line.
+#ifndef LANG_SCOPE_H
+#define LANG_SCOPE_H
+
+#include "lang/value.h"
+
+typedef struct Scope Scope;
+
+// A file, parsed.
+typedef struct {
+    const Syntax *syntax;
+    Scope *scope;   // of its outermost block
+    uint8_t *flags; // per node: what is found out about it while evaluating
+} Module;
+
+enum {
+    MODULE_USED = 1,   // let, fn, def: somebody used it
+    MODULE_UNROLL = 2, // for: its body needs a number where its variable stands
+};
+
+typedef enum {
+    BINDING_LET,
+    BINDING_PARAM,
+    BINDING_FN,
+    BINDING_DEF,
+    BINDING_ARGUMENT, // of a function or a def
+    BINDING_LOOP,     // variable of a for or a comprehension
+    BINDING_VARIABLE, // of a node: u, v, p, n, i
+    BINDING_MODULE,   // include ... as NAME
+} BindingKind;
+
+typedef enum { BINDING_FRESH, BINDING_BUSY, BINDING_DONE } BindingState;
+
+typedef struct {
+    Symbol name;
+    uint8_t kind;  // BindingKind
+    uint8_t state; // of LET and PARAM: whether value is there
+    const Module *module;
+    NodeId node;    // the statement; 0: none
+    Span where;     // of the name
+    Value value;    // LET, PARAM: once DONE; ARGUMENT, LOOP, VARIABLE; FN: the closure
+    Scope *members; // MODULE
+} Binding;
+
+struct Scope {
+    Scope *parent;
+    Binding *bindings; // in order of binding
+    uint32_t *slots;   // hash table of indices + 1, once there are many; NULL before
+    uint32_t n, n_slots;
+    size_t capacity;
+};
+
+Scope *scope_new(Arena *arena, Scope *parent);
+
+// Adds a binding, whatever is there; it stays where it is only until the next one is added.
+Binding *scope_bind(Arena *arena, Scope *scope, Symbol name, BindingKind kind);
+
+// In this scope alone; NULL: not there.
+Binding *scope_find_own(const Scope *scope, Symbol name);
+
+// From this scope outwards; *at gets the scope. A node's variable yields to a loop's of the same
+// name further out: `for i in 0..3 { mesh { translate <i, 0, 0> } }` means the loop's.
+Binding *scope_find(Scope *scope, Symbol name, Scope **at);
+
+// Names in reach, the innermost first, for did-you-mean: at most max, their number is returned.
+size_t scope_names(const Scope *scope, const Symbols *symbols, const char **names, size_t max);
+
+#endif
