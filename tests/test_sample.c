@@ -143,8 +143,9 @@ static void linear_motion_takes_one_span(void **state) {
 
 static void circles_stay_within_tolerance(void **state) {
     (void)state;
-    const double tolerances[] = {1, 0.25, 0.05, 0.003};
-    for (int k = 0; k < 4; k++) {
+    // A quarter turn in 2, 4, 8 spans is off by 2.15, 0.54, 0.14 pixels: some tolerances just below.
+    const double tolerances[] = {1.8, 1, 0.45, 0.25, 0.11, 0.05, 0.003};
+    for (int k = 0; k < 7; k++) {
         Rig rig;
         rig_open(&rig, vertex_quarter);
         rig.options.tolerance = tolerances[k];
