@@ -8,6 +8,15 @@
 #include <math.h>
 #include <string.h>
 
+// Unlike fmin() and fmax() these are inlined; nothing here is NaN.
+static double min_d(double a, double b) {
+    return a < b ? a : b;
+}
+
+static double max_d(double a, double b) {
+    return a > b ? a : b;
+}
+
 // What a primitive sweeps, and the largest coordinates of the keys that were involved.
 typedef struct {
     double lo[3], hi[3], largest[3];
@@ -79,16 +88,16 @@ static void sweep_instant(Sweep *s, const Geometry *geometry, uint32_t prim, uin
     size_t n = geometry->n_vertices, first = n * span, second = n * next_key(geometry, span);
     for (uint32_t i = 0; i < corners(geometry); i++) {
         size_t v = vertex_of(geometry, prim, i);
-        double r0 = geometry->radius ? fmax(geometry->radius[first + v], 0) : 0;
-        double r1 = geometry->radius ? fmax(geometry->radius[second + v], 0) : 0;
+        double r0 = geometry->radius ? max_d(geometry->radius[first + v], 0) : 0;
+        double r1 = geometry->radius ? max_d(geometry->radius[second + v], 0) : 0;
         double r = r0 + f * (r1 - r0); // at least the radius, where one of them is negative
         for (int k = 0; k < 3; k++) {
             double a = geometry->position[3 * (first + v) + k];
             double b = geometry->position[3 * (second + v) + k];
             double p = a + f * (b - a);
-            s->lo[k] = fmin(s->lo[k], p - r);
-            s->hi[k] = fmax(s->hi[k], p + r);
-            s->largest[k] = fmax(s->largest[k], fmax(fabs(a) + r0, fabs(b) + r1));
+            s->lo[k] = min_d(s->lo[k], p - r);
+            s->hi[k] = max_d(s->hi[k], p + r);
+            s->largest[k] = max_d(s->largest[k], max_d(fabs(a) + r0, fabs(b) + r1));
         }
     }
 }
