@@ -74,6 +74,13 @@ static uint32_t permute_upwards(uint32_t x, uint32_t seed) {
     return x ^ x * 0x53a22864u;
 }
 
+// Sets are told apart by the order of their points. The first keeps it: there is nothing before it
+// to be in step with, and small indices have few bits.
+static uint32_t shuffle(uint32_t index, uint32_t set, uint32_t seed) {
+    return set == SAMPLE_SET_PIXEL ? index
+                                   : reverse_bits(permute_upwards(reverse_bits(index), seed));
+}
+
 Sampler sampler_pixel(uint64_t seed, bool freeze, int64_t frame, uint32_t x, uint32_t y) {
     uint64_t key = combine(seed, freeze ? 0 : (uint64_t)frame);
     return (Sampler){combine(key, (uint64_t)y << 32 | x)};
@@ -85,9 +92,8 @@ void sampler_draw(const Sampler *sampler, uint32_t index, uint32_t set,
     const uint64_t more = mix(key + 1), most = mix(key + 2);
     const uint32_t seeds[SAMPLE_DIMENSIONS] = {(uint32_t)more, (uint32_t)(more >> 32),
                                                (uint32_t)most, (uint32_t)(most >> 32)};
-    uint32_t shuffled = reverse_bits(permute_upwards(reverse_bits(index), (uint32_t)key));
     uint32_t point[SAMPLE_DIMENSIONS] = {0};
-    for (uint32_t rest = shuffled; rest; rest &= rest - 1) {
+    for (uint32_t rest = shuffle(index, set, (uint32_t)key); rest; rest &= rest - 1) {
         const uint32_t *row = directions[__builtin_ctz(rest)];
         for (int d = 0; d < SAMPLE_DIMENSIONS; d++) {
             point[d] ^= row[d];
