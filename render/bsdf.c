@@ -148,7 +148,7 @@ static void init_gloss(Bsdf *bsdf, double ior, double cosine) {
     bsdf->choose = bsdf->returned + base > 0 ? bsdf->returned / (bsdf->returned + base) : 1;
 }
 
-bool bsdf_init(Bsdf *bsdf, MaterialKind kind, const double *out, double cosine,
+bool bsdf_init(Bsdf *bsdf, MaterialKind kind, const double *out, double least_rough, double cosine,
                const BsdfTable *table) {
     for (int i = 0; i < bsdf_n_out(kind); i++) {
         if (!isfinite(out[i])) {
@@ -164,7 +164,7 @@ bool bsdf_init(Bsdf *bsdf, MaterialKind kind, const double *out, double cosine,
             bsdf->emission[c] = out[c] > 0 && out[3] > 0 ? out[c] * out[3] : 0;
         }
     } else if (bsdf_has_specular(bsdf)) {
-        bsdf->rough = clamp01(out[3]);
+        bsdf->rough = clamp01(out[3] > least_rough ? out[3] : least_rough);
         bsdf->is_mirror = bsdf->rough < BSDF_MIRROR_ROUGH;
         bsdf->alpha = bsdf->rough * bsdf->rough;
         if (kind == MATERIAL_METAL) {

@@ -43,10 +43,11 @@ typedef struct {
     double rough;
 } Bsdf;
 
-// out: the material program's outputs; cosine: wo.z. table may be NULL where nothing is rough.
+// out: the material program's outputs; cosine: wo.z. What is specular is at least so rough as
+// least_rough (0 leaves it). table may be NULL where nothing is rough.
 // Colours are brought into [0, 1], roughness too, what glows to >= 0. False: an output is not
 // finite.
-bool bsdf_init(Bsdf *bsdf, MaterialKind kind, const double *out, double cosine,
+bool bsdf_init(Bsdf *bsdf, MaterialKind kind, const double *out, double least_rough, double cosine,
                const BsdfTable *table);
 
 int bsdf_n_out(MaterialKind kind);

@@ -141,7 +141,7 @@ static void add_header(const Scene *scene, const RenderOptions *options, int64_t
     const char *interval = arena_printf(arena, "%.17g to %.17g frame periods", shutter->open,
                                         shutter->open + shutter->length);
     const ImageAttribute attributes[] = {
-        text("software", options->software),
+        text("software", options->software ? options->software : "st4"),
         text("sceneHash", scene->hash),
         text("command", options->command_line),
         text("seed", arena_printf(arena, "%llu", (unsigned long long)options->seed)),

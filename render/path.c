@@ -42,12 +42,6 @@ bool path_scene_is_moving(const Scene *scene) {
     return reads_time(scene->camera.program) || lights_are_moving(scene);
 }
 
-// True where a material of such a kind may be rough: its roughness is not known to be 0.
-static bool may_be_rough(const Material *material, bool is_constant, const double *out) {
-    return (material->kind == MATERIAL_METAL || material->kind == MATERIAL_GLOSS) &&
-           !(is_constant && out[3] < BSDF_MIRROR_ROUGH);
-}
-
 void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
     *paths = (PathScene){.scene = scene, .lights_move = lights_are_moving(scene)};
     filter_init(&paths->filter, scene->film.filter);
@@ -63,7 +57,7 @@ void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
             const double in[IN_COUNT] = {0};
             program_run1(material->program, in, paths->material[i]);
         }
-        is_rough |= may_be_rough(material, paths->material_is_constant[i], paths->material[i]);
+        is_rough |= material->kind == MATERIAL_METAL || material->kind == MATERIAL_GLOSS;
         paths->has_glow |= material->kind == MATERIAL_GLOW;
     }
     for (uint32_t i = 0; i < scene->n_lights; i++) {
@@ -118,6 +112,7 @@ typedef struct {
     double specular[3]; // of what it brings from lights with an area
     double density;     // with which its direction was drawn; 0: a mirror
     double color[3];    // collected
+    bool has_scattered; // by what is no mirror
 } Path;
 
 // A place on a surface, seen from the viewer's side.
@@ -178,7 +173,7 @@ static void set_inputs(const PathTracer *tracer, const SurfacePoint *point, Vec3
     }
 }
 
-static bool set_material(PathTracer *tracer, Vertex *vertex) {
+static bool set_material(PathTracer *tracer, Vertex *vertex, double least_rough) {
     const PathScene *paths = tracer->paths;
     uint32_t material = vertex->point.material;
     const Material *m = &paths->scene->materials[material];
@@ -189,7 +184,7 @@ static bool set_material(PathTracer *tracer, Vertex *vertex) {
         program_run1(m->program, in, values);
         out = values;
     }
-    if (!bsdf_init(&vertex->bsdf, m->kind, out, vertex->wo.z, paths->table)) {
+    if (!bsdf_init(&vertex->bsdf, m->kind, out, least_rough, vertex->wo.z, paths->table)) {
         tracer->troubles.materials[material] = true;
         return false;
     }
@@ -278,6 +273,7 @@ static bool bounce(PathTracer *tracer, Path *path, const Vertex *vertex) {
     }
     path->origin = vertex->start;
     path->density = sample.density;
+    path->has_scattered |= sample.density > 0;
     path->depth++;
     for (int c = 0; c < 3; c++) {
         path->specular[c] = path->weight[c] * sample.specular[c];
@@ -316,7 +312,7 @@ static bool follow(PathTracer *tracer, Path *path, Vertex *vertex) {
 static bool scatter(PathTracer *tracer, Path *path, Vertex *vertex) {
     const PathScene *paths = tracer->paths;
     const uint32_t bounces = paths->scene->render.bounces;
-    if (!set_material(tracer, vertex)) {
+    if (!set_material(tracer, vertex, path->has_scattered ? PATH_ROUGH : 0)) {
         return false;
     }
     const Bsdf *bsdf = &vertex->bsdf;

@@ -5,6 +5,10 @@
 // bounces; one ray more looks for the sky, for what glows and, from rough metals and coats, for the
 // lights' own shapes. Beyond the fourth bounce a path survives with the probability of its weight,
 // which is divided by it.
+//
+// After a bounce that was no mirror's, metals and coats count as at least PATH_ROUGH: what would be a
+// caustic, a few samples of enormous weight, becomes a soft one (Kaplanyan and Dachsbacher, "Path
+// space regularization", 2013). Mirrors that the camera sees, in other mirrors too, stay mirrors.
 #ifndef RENDER_PATH_H
 #define RENDER_PATH_H
 
@@ -15,6 +19,8 @@
 #include "render/light.h"
 #include "render/sampler.h"
 #include "render/world.h"
+
+#define PATH_ROUGH 0.5
 
 // What all threads share while a scene is rendered: what need not be asked at each ray.
 typedef struct {

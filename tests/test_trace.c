@@ -322,7 +322,7 @@ static void trace_weighs_both_ways(void **state) {
         PathScene paths;
         path_scene_init(&paths, &test.arena, &test.scene);
         Bsdf bsdf;
-        bsdf_init(&bsdf, MATERIAL_METAL, out, 1, paths.table);
+        bsdf_init(&bsdf, MATERIAL_METAL, out, 0, 1, paths.table);
         enum { STEPS = 300 };
         double tilt = atan(0.1), spread = 1 - cos(angle / 2), sum = 0;
         for (int k = 0; k < STEPS * STEPS; k++) {
