@@ -6,8 +6,8 @@
 // lights' own shapes. Beyond the fourth bounce a path survives with the probability of its weight,
 // which is divided by it.
 //
-// After a bounce that was no mirror's, metals and coats count as at least PATH_ROUGH: what would be a
-// caustic, a few samples of enormous weight, becomes a soft one (Kaplanyan and Dachsbacher, "Path
+// After a bounce that was no mirror's, metals and coats count as at least PATH_ROUGH: what would be
+// a caustic, a few samples of enormous weight, becomes a soft one (Kaplanyan and Dachsbacher, "Path
 // space regularization", 2013). Mirrors that the camera sees, in other mirrors too, stay mirrors.
 #ifndef RENDER_PATH_H
 #define RENDER_PATH_H

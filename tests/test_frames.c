@@ -54,7 +54,7 @@ static void frames_have_names(void **state) {
 
 // A folder of its own for each test.
 static void make_folder(char folder[64]) {
-    strcpy(folder, "/tmp/st4-frames-XXXXXX");
+    snprintf(folder, 64, "/tmp/st4-frames-XXXXXX");
     assert_non_null(mkdtemp(folder));
 }
 
