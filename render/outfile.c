@@ -55,6 +55,10 @@ static char *resolve_target(const char *path, char *message, size_t n) {
         return NULL;
     }
     if (stat(path, &s) != 0) {
+        if (errno == ENAMETOOLONG) { // of which the shorter temporary name would know nothing
+            fail_with(message, n, "cannot create", errno);
+            return NULL;
+        }
         return follow_links(path);
     }
     if (S_ISDIR(s.st_mode)) {

@@ -9,7 +9,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "render/half.h"
@@ -60,42 +59,6 @@ static uint32_t to_bits(float v) {
     uint32_t bits;
     memcpy(&bits, &v, 4);
     return bits;
-}
-
-// An oracle of its own: the value of a half by the formula of the standard, in double.
-static double half_value(unsigned h) {
-    double sign = h & 0x8000 ? -1 : 1;
-    int exponent = h >> 10 & 31, mantissa = h & 1023;
-    if (exponent == 31) {
-        return mantissa ? NAN : sign * INFINITY;
-    }
-    return sign * (exponent ? ldexp(1024 + mantissa, exponent - 25) : ldexp(mantissa, -24));
-}
-
-static void half_round_trips(void **state) {
-    (void)state;
-    for (unsigned h = 0; h < 65536; h++) {
-        float v = half_to_float((uint16_t)h);
-        double expected = half_value(h);
-        assert_true(isnan(expected) ? isnan(v) : (double)v == expected);
-        assert_int_equal(half_from_float(v), h);
-    }
-}
-
-// Every half's neighbourhood: just below, at and just above the middle to the next one.
-static void half_rounds_to_nearest_even(void **state) {
-    (void)state;
-    for (unsigned h = 0; h < 0x7bff; h++) {
-        float middle = (float)((half_value(h) + half_value(h + 1)) / 2);
-        assert_int_equal(half_from_float(nextafterf(middle, 0)), h);
-        assert_int_equal(half_from_float(middle), h + (h & 1));
-        assert_int_equal(half_from_float(nextafterf(middle, INFINITY)), h + 1);
-        assert_int_equal(half_from_float(-middle), 0x8000 | (h + (h & 1)));
-    }
-    assert_int_equal(half_from_float(65519.99f), 0x7bff);
-    assert_int_equal(half_from_float(65520.0f), 0x7c00);
-    assert_int_equal(half_from_float(1e-30f), 0);
-    assert_int_equal(half_from_float(-0.0f), 0x8000);
 }
 
 enum { WIDTH = 67, HEIGHT = 41, PIXELS = WIDTH * HEIGHT };
@@ -258,7 +221,7 @@ static uint32_t tiled_u(int x, int y) {
 }
 
 static uint16_t tiled_v(int x, int y) {
-    return (uint16_t)(0x3c00 + 16 * y + x);
+    return (uint16_t)(0x3c00 + 16 * y + x); // 1 + (16 y + x) / 1024
 }
 
 static void put_tile(Bytes *b, int i, int j) {
@@ -315,7 +278,7 @@ static void exr_reads_tiles(void **state) {
     for (int y = 0; y < TILED_HEIGHT; y++) {
         for (int x = 0; x < TILED_WIDTH; x++) {
             assert_true((double)u->values[y * TILED_WIDTH + x] == tiled_u(x, y));
-            assert_true((double)v->values[y * TILED_WIDTH + x] == half_value(tiled_v(x, y)));
+            assert_true((double)v->values[y * TILED_WIDTH + x] == 1 + (16 * y + x) / 1024.0);
         }
     }
     assert_true(!u->half && v->half);
@@ -490,25 +453,6 @@ static void writing_fails_without_a_trace(void **state) {
     assert_int_equal(count_files(f->folder), 1);
 }
 
-static void writing_follows_links(void **state) {
-    Fixture *f = *state;
-    char link_path[128], target[128];
-    struct stat s;
-    snprintf(link_path, sizeof link_path, "%s/link.exr", f->folder);
-    snprintf(target, sizeof target, "%s/a.exr", f->folder);
-    assert_int_equal(symlink("a.exr", link_path), 0);
-    Image image = sample_image();
-    for (int i = 0; i < 2; i++) { // dangling at first
-        assert_true(image_write_exr(link_path, &image, f->message, sizeof f->message));
-        assert_int_equal(lstat(link_path, &s), 0);
-        assert_true(S_ISLNK(s.st_mode));
-        assert_int_equal(lstat(target, &s), 0);
-        assert_true(S_ISREG(s.st_mode));
-    }
-    unlink(link_path);
-    name(f, "a.exr");
-}
-
 // ---- OpenImageIO
 
 // First of the suite: what comes before must not have loaded it.
@@ -632,8 +576,6 @@ static void other_damage_is_reported(void **state) {
 
 static const struct CMUnitTest tests[] = {
     IMAGE_TEST(exr_needs_no_library),
-    cmocka_unit_test(half_round_trips),
-    cmocka_unit_test(half_rounds_to_nearest_even),
     IMAGE_TEST(exr_keeps_the_bits),
     IMAGE_TEST(exr_keeps_the_attributes),
     IMAGE_TEST(exr_reads_tiles),
@@ -642,7 +584,6 @@ static const struct CMUnitTest tests[] = {
     IMAGE_TEST(exr_refuses),
     IMAGE_TEST(writing_refuses),
     IMAGE_TEST(writing_fails_without_a_trace),
-    IMAGE_TEST(writing_follows_links),
     IMAGE_TEST(png_and_tiff_round_trip),
     IMAGE_TEST(png_clips),
     IMAGE_TEST(png_keeps_alpha),
