@@ -87,7 +87,7 @@ test_manual_examples_run() {
 }
 
 test_manual_first_scene_renders() {
-    sed -n '/^\.Bd -literal/,/^\.Ed/p' "$ROOT/man/st4.5" | sed '/^\./d' >first.st4
+    sed -n '/^\.Bd -literal/,/^\.Ed/p; /^\.Ed/q' "$ROOT/man/st4.5" | sed '/^\./d' >first.st4
     expect 0 "$ST4" first.st4 -s 1 --size 16x9 -f 3
     [ -s first.exr ] || fail 'no first.exr'
 }

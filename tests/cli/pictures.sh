@@ -14,7 +14,7 @@ test_examples_render() {
 }
 
 test_pictures_for_the_eye() {
-    expect 0 "$ST4" "$ROOT/examples/hello.st4" --size 40x30 -s 2 -o eye.png
+    expect 0 "$ST4" "$ROOT/examples/hello.st4" --size 40x30 -s 2 -f 1 -o eye.png
     [ "$(head -c 4 eye.png | tail -c 3)" = PNG ] || fail 'not a PNG'
 }
 
