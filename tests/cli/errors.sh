@@ -83,7 +83,7 @@ test_motion_that_is_not_finite_warns() {
 film { frames = 1..2 }
 sphere { radius = 0.1 }
 surface { fn at(u, v) = <u, v, 0>  res = <4, 4>
-          fn deform(p) = p + <0, sqrt(1.25/24 - t), 0> }
+          fn deform(p) = p + <0, sqrt(1/24 - t), 0> }
 END
     expect 0 "$ST4" pole.st4 --size 8x8 -s 1 -o pole.####.exr --color never
     errors "$err" 0
