@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// st4 check: what moves, how fast, and how exactly it was sampled; nothing is traced.
+#include "lang/command.h"
+
+#include "lang/session.h"
+
+typedef struct {
+    bool is_quiet;
+    uint32_t n_shapes, n_moving;
+} Table;
+
+static void print_motion(void *context, const ShapeMotion *motion) {
+    Table *table = context;
+    bool deforms = motion->n_keys > 1, moves = deforms || motion->moves_as_body;
+    table->n_moving += moves;
+    if (!table->n_shapes++ && !table->is_quiet) {
+        printf("%-28s %-10s %12s %9s %10s %12s\n", "shape", "motion", "px a frame", "instants",
+               "error px", "bytes");
+    }
+    if (table->is_quiet) {
+        return;
+    }
+    const char *kind = deforms && motion->moves_as_body ? "both"
+                       : deforms                        ? "deforms"
+                       : moves                          ? "as a body"
+                                                        : "still";
+    char label[64];
+    snprintf(label, sizeof label, motion->shape->n_instances > 1 ? "%s (%u times)" : "%s",
+             motion->shape->label, motion->shape->n_instances);
+    printf("%-28s %-10s %12.3g %9u %10.2g %12zu\n", label, kind, motion->pixels_per_frame,
+           motion->n_keys, motion->error_pixels, motion->bytes);
+}
+
+static int check(const Session *session) {
+    RenderOptions render;
+    if (!session_render_options(session, &render)) {
+        return STATUS_USAGE;
+    }
+    Table table = {.is_quiet = option_flag(session->options, OPTION_QUIET)};
+    int status = render_check(session->scene, &render, &session->reporter, print_motion, &table);
+    if (!table.is_quiet && status == STATUS_OK) {
+        printf("%u of %u shapes move in %u frame%s; %u error%s, %u warning%s\n", table.n_moving,
+               table.n_shapes, session->n_frames, session->n_frames == 1 ? "" : "s",
+               diag_n_errors(session->diag), diag_n_errors(session->diag) == 1 ? "" : "s",
+               diag_n_warnings(session->diag), diag_n_warnings(session->diag) == 1 ? "" : "s");
+    }
+    return status;
+}
+
+int command_check(Arena *arena, const Options *options) {
+    Session session;
+    int status = session_open(&session, arena, options);
+    return status ? status : session_close(&session, check(&session));
+}

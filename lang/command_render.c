@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+// st4 render: from a script to pictures.
+#include "lang/command.h"
+
+#include <string.h>
+#include <strings.h>
+#include <unistd.h>
+
+#include "lang/session.h"
+#include "render/image.h"
+
+enum { PATH_SIZE = 4096 };
+
+// Where pictures go. The first pattern is rendered to; the others are made from its files.
+typedef struct {
+    const char **patterns;
+    size_t n_patterns;
+    bool is_numbered; // there are several frames
+} Outputs;
+
+// The script's name without folder and ending, with the frame's number where there are several:
+// "propeller.####.exr".
+static const char *default_out(Arena *arena, const char *script, bool many) {
+    const char *slash = strrchr(script, '/');
+    const char *name = slash ? slash + 1 : script;
+    if (!strcmp(script, "-")) {
+        name = "scene";
+    }
+    const char *dot = strrchr(name, '.');
+    size_t length = dot && dot != name ? (size_t)(dot - name) : strlen(name);
+    return arena_printf(arena, "%.*s%s.exr", (int)length, name, many ? ".####" : "");
+}
+
+static ProgressKind progress_kind(const Options *options) {
+    static const ProgressKind kinds[] = {PROGRESS_BAR, PROGRESS_JSON, PROGRESS_NONE};
+    const OptionValue *value = &options->values[OPTION_PROGRESS];
+    if (value->is_set) {
+        return kinds[value->integer];
+    }
+    bool is_watched = isatty(STDERR_FILENO) && !option_flag(options, OPTION_QUIET);
+    return is_watched ? PROGRESS_BAR : PROGRESS_NONE;
+}
+
+static void print_result(const RenderOptions *render, const RenderStats *stats, bool is_verbose) {
+    char first[PATH_SIZE], last[PATH_SIZE];
+    bool many = render->n_frames > 1;
+    double seconds = stats->sample_seconds + stats->segment_seconds + stats->build_seconds +
+                     stats->trace_seconds + stats->write_seconds;
+    if (!render_frame_path(render->out, render->frames[0], many, first, sizeof first) ||
+        !render_frame_path(render->out, render->frames[render->n_frames - 1], many, last,
+                           sizeof last)) {
+        return;
+    }
+    fprintf(stderr, "st4: wrote %s%s%s in %.1f s\n", first, many ? " to " : "", many ? last : "",
+            seconds);
+    if (!is_verbose) {
+        return;
+    }
+    fprintf(stderr,
+            "seconds   sample %.2f, segment %.2f, build %.2f, trace %.2f, write %.2f\n"
+            "scene     %llu objects, %llu triangles, %llu spheres, %llu sampled instants\n"
+            "bytes     vertices %zu, segments %zu, tree %zu\n"
+            "rays      camera %llu, shadow %llu, bounce %llu\n"
+            "motion    within %.3g pixels of the true one\n",
+            stats->sample_seconds, stats->segment_seconds, stats->build_seconds,
+            stats->trace_seconds, stats->write_seconds, (unsigned long long)stats->n_objects,
+            (unsigned long long)stats->n_triangles, (unsigned long long)stats->n_spheres,
+            (unsigned long long)stats->n_keys, stats->vertex_bytes, stats->segment_bytes,
+            stats->tree_bytes, (unsigned long long)stats->camera_rays,
+            (unsigned long long)stats->shadow_rays, (unsigned long long)stats->bounce_rays,
+            stats->tolerance_reached);
+}
+
+static bool is_exr(const char *path) {
+    size_t n = strlen(path);
+    return n > 4 && !strcasecmp(path + n - 4, ".exr");
+}
+
+static int refuse(int status, const char *path, const char *message) {
+    fprintf(stderr, "st4: %s: %s\n", path, message);
+    return status;
+}
+
+// An .exr comes first, as the only format that the others can be made from without loss.
+static void put_exr_first(Outputs *outputs) {
+    for (size_t i = 0; i < outputs->n_patterns; i++) {
+        if (is_exr(outputs->patterns[i])) {
+            const char *first = outputs->patterns[0];
+            outputs->patterns[0] = outputs->patterns[i];
+            outputs->patterns[i] = first;
+            return;
+        }
+    }
+}
+
+// Patterns from the command line, else from the film, else from the script's name.
+static void find_outputs(const Session *session, Outputs *outputs) {
+    const Options *options = session->options;
+    const char *film = session->scene->film.out;
+    outputs->is_numbered = session->n_frames > 1;
+    const char *const *asked =
+        options_list(session->arena, options, OPTION_OUT, &outputs->n_patterns);
+    size_t n = outputs->n_patterns ? outputs->n_patterns : 1;
+    outputs->patterns = ARENA_ARRAY(session->arena, n, const char *);
+    for (size_t i = 0; i < outputs->n_patterns; i++) {
+        outputs->patterns[i] = asked[i];
+    }
+    if (!outputs->n_patterns) {
+        outputs->n_patterns = 1;
+        outputs->patterns[0] =
+            film ? film : default_out(session->arena, options->operands[0], outputs->is_numbered);
+    }
+    put_exr_first(outputs);
+}
+
+// What can be known to go wrong before the first ray.
+static int check_outputs(const Session *session, const Outputs *outputs) {
+    int usage = session->options->values[OPTION_OUT].is_set ? STATUS_USAGE : STATUS_SCENE;
+    for (size_t i = 0; i < outputs->n_patterns; i++) {
+        const char *pattern = outputs->patterns[i];
+        char path[PATH_SIZE], message[256];
+        if (!strcmp(pattern, "-")) {
+            return refuse(usage, pattern, "not supported yet: pictures on standard output");
+        }
+        if (!render_frame_path(pattern, session->frames[0], outputs->is_numbered, path,
+                               sizeof path)) {
+            return refuse(usage, pattern, "not a pattern: one run of #, or one %04d is expected");
+        }
+        if (i && !is_exr(outputs->patterns[0])) {
+            return refuse(usage, pattern, "several kinds of pictures need an .exr among them");
+        }
+        if (i && !image_write_check(path, message, sizeof message)) {
+            return refuse(STATUS_FILES, path, message);
+        }
+    }
+    return STATUS_OK;
+}
+
+// Makes the other pictures of one frame from its .exr.
+static int convert_frame(const Session *session, const Outputs *outputs, int64_t frame) {
+    const FilmSettings *film = &session->scene->film;
+    char from[PATH_SIZE], to[PATH_SIZE], message[256] = "the name is too long";
+    Arena arena = {0};
+    Image image;
+    int status = STATUS_OK;
+    if (!render_frame_path(outputs->patterns[0], frame, outputs->is_numbered, from, sizeof from) ||
+        !image_read_exr(&arena, from, &image, message, sizeof message)) {
+        status = refuse(STATUS_FILES, from, message);
+    }
+    for (size_t i = 1; i < outputs->n_patterns && status == STATUS_OK; i++) {
+        if (!render_frame_path(outputs->patterns[i], frame, outputs->is_numbered, to, sizeof to) ||
+            !image_write(to, &image, film->transparent, film->exposure, message, sizeof message)) {
+            status = refuse(STATUS_FILES, to, message);
+        }
+    }
+    arena_free(&arena);
+    return status;
+}
+
+static int convert_frames(const Session *session, const Outputs *outputs) {
+    int status = STATUS_OK;
+    for (uint32_t i = 0; outputs->n_patterns > 1 && i < session->n_frames && !status; i++) {
+        status = convert_frame(session, outputs, session->frames[i]);
+    }
+    return status;
+}
+
+static int write_stats(const Options *options, const RenderStats *stats) {
+    const char *path = options->values[OPTION_STATS].text;
+    char message[256];
+    if (!path || render_write_stats(path, stats, message, sizeof message)) {
+        return STATUS_OK;
+    }
+    return refuse(STATUS_FILES, path, message);
+}
+
+static int render(const Session *session, RenderOptions *render) {
+    const Options *options = session->options;
+    Outputs outputs;
+    find_outputs(session, &outputs);
+    int status = check_outputs(session, &outputs);
+    if (status) {
+        return status;
+    }
+    RenderStats stats = {0};
+    render->out = outputs.patterns[0];
+    render->progress = progress_kind(options);
+    status = render_frames(session->scene, render, &session->reporter, &stats);
+    status = status ? status : convert_frames(session, &outputs);
+    if (status == STATUS_OK && !option_flag(options, OPTION_QUIET)) {
+        print_result(render, &stats, option_flag(options, OPTION_VERBOSE));
+    }
+    int written = write_stats(options, &stats);
+    return status ? status : written;
+}
+
+int command_render(Arena *arena, const Options *options) {
+    Session session;
+    int status = session_open(&session, arena, options);
+    if (status) {
+        return status;
+    }
+    RenderOptions settings;
+    status =
+        session_render_options(&session, &settings) ? render(&session, &settings) : STATUS_USAGE;
+    return session_close(&session, status);
+}

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the commands that read a scene have in common: diagnostics, loading, the frames asked for.
+#include "lang/session.h"
+
+#include <omp.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "lang/command.h"
+
+static bool wants_color(const Options *options) {
+    enum { AUTO, ALWAYS, NEVER };
+    uint64_t choice = options->values[OPTION_COLOR].integer;
+    const char *terminal = getenv("TERM"), *no_color = getenv("NO_COLOR");
+    bool is_able = isatty(STDERR_FILENO) && terminal && strcmp(terminal, "dumb") != 0 &&
+                   !(no_color && *no_color);
+    return choice == ALWAYS || (choice == AUTO && is_able);
+}
+
+static bool refuse_warning(const char *text) {
+    const char *names[WARN_COUNT];
+    for (int i = 0; i < WARN_COUNT; i++) {
+        names[i] = warning_infos[i].name;
+    }
+    bool is_off = !strncmp(text, "no-", 3);
+    const char *near = diag_nearest(is_off ? text + 3 : text, names, WARN_COUNT);
+    fprintf(stderr, "st4: -W: there is no warning '%s'%s%s%s%s\n", text,
+            near ? "; did you mean '" : "", near && is_off ? "no-" : "", near ? near : "",
+            near ? "'?" : "");
+    return false;
+}
+
+// -q turns all warnings off, so that a -W after it or before it can turn one on again.
+static bool set_warnings(Session *session) {
+    if (option_flag(session->options, OPTION_QUIET)) {
+        for (int i = 0; i < WARN_COUNT; i++) {
+            diag_set_warning(session->diag,
+                             arena_printf(session->arena, "no-%s", warning_infos[i].name));
+        }
+    }
+    size_t n;
+    const char *const *list = options_list(session->arena, session->options, OPTION_WARNING, &n);
+    for (size_t i = 0; i < n; i++) {
+        if (!diag_set_warning(session->diag, list[i])) {
+            return refuse_warning(list[i]);
+        }
+    }
+    return true;
+}
+
+static void emit(void *context, SourceRef where, const char *name, const char *message) {
+    Session *session = context;
+    diag_next_statement(session->diag);
+    for (int i = 0; name && i < WARN_COUNT; i++) {
+        if (!strcmp(name, warning_infos[i].name)) {
+            diag_warn(session->diag, (Warning)i, scene_span(where), NULL, "%s", message);
+            return;
+        }
+    }
+    diag_error(session->diag, scene_span(where), NULL, "%s", message);
+}
+
+static void load(Session *session, LoadedScene *loaded) {
+    const Options *options = session->options;
+    const OptionValue *values = options->values;
+    LoadOptions load = {
+        .width = values[OPTION_SIZE].width,
+        .height = values[OPTION_SIZE].height,
+        .fps = values[OPTION_FPS].number,
+        .shutter = values[OPTION_SHUTTER].text,
+    };
+    load.defines = options_list(session->arena, options, OPTION_DEFINE, &load.n_defines);
+    load.include_dirs = options_list(session->arena, options, OPTION_INCLUDE, &load.n_include_dirs);
+    scene_load(session->arena, &session->sources, session->diag, options->operands[0], NULL, 0,
+               &load, loaded);
+    session->scene = loaded->scene;
+    scene_load_free(loaded);
+}
+
+static bool find_frames(Session *session) {
+    const FilmSettings *film = &session->scene->film;
+    FrameSpan whole = {.first = film->first_frame, .last = film->last_frame, .step = 1};
+    FrameList list = {.spans = &whole, .n_spans = 1};
+    const OptionValue *asked = &session->options->values[OPTION_FRAMES];
+    session->frames = frame_list_frames(session->arena, asked->is_set ? &asked->frames : &list,
+                                        film->last_frame, &session->n_frames);
+    if (session->n_frames) {
+        return true;
+    }
+    fprintf(stderr, "st4: '%s' holds no frame, or more than %d, of a film that ends with %lld\n",
+            asked->is_set ? asked->text : "frames", FRAME_LIST_MAX, (long long)film->last_frame);
+    return false;
+}
+
+int session_open(Session *session, Arena *arena, const Options *options) {
+    enum { TEXT, JSON };
+    *session = (Session){.arena = arena, .options = options};
+    session->sources = (Sources){.arena = arena, .end = 1};
+    session->reporter = (Reporter){emit, session};
+    session->diag = diag_new(arena, &session->sources, stderr,
+                             options->values[OPTION_DIAG].integer == JSON, wants_color(options));
+    const char *cpu = options->values[OPTION_CPU].text;
+    if (cpu && !program_set_cpu(cpu)) {
+        fprintf(stderr, "st4: --cpu: '%s' is none of scalar, avx2 that this processor has\n", cpu);
+        return STATUS_USAGE;
+    }
+    if (!set_warnings(session)) {
+        return STATUS_USAGE;
+    }
+    LoadedScene loaded = {0};
+    load(session, &loaded);
+    if (loaded.status || !session->scene || diag_n_errors(session->diag)) {
+        session->scene = NULL;
+        return session_close(session, loaded.status ? loaded.status : STATUS_SCENE);
+    }
+    return find_frames(session) ? STATUS_OK : STATUS_USAGE;
+}
+
+static const AccelType *find_accel(const char *name) {
+    const AccelType *found = name ? accel_find(name) : &accel_types[0];
+    if (!found) {
+        fprintf(stderr, "st4: --accel: '%s' is none of", name);
+        for (const AccelType *type = accel_types; type->name; type++) {
+            fprintf(stderr, "%s %s", type == accel_types ? "" : ",", type->name);
+        }
+        fputc('\n', stderr);
+    }
+    return found;
+}
+
+bool session_render_options(const Session *session, RenderOptions *render) {
+    const OptionValue *values = session->options->values;
+    const RenderSettings *settings = &session->scene->render;
+    uint64_t n_threads = values[OPTION_THREADS].integer;
+    uint64_t spp = values[OPTION_SPP].integer;
+    *render = (RenderOptions){
+        .frames = session->frames,
+        .n_frames = session->n_frames,
+        .spp = (uint32_t)(values[OPTION_SPP].is_set || !settings->spp ? spp : settings->spp),
+        .seed = values[OPTION_SEED].is_set ? values[OPTION_SEED].integer : settings->seed,
+        .tolerance = values[OPTION_TOLERANCE].number,
+        .n_threads = n_threads ? (uint32_t)n_threads : (uint32_t)omp_get_num_procs(),
+        .memory = values[OPTION_MEMORY].integer,
+        .accel = find_accel(values[OPTION_ACCEL].text),
+        .accel_options = accel_options_default(),
+        .bake = option_flag(session->options, OPTION_BAKE),
+        .validate = option_flag(session->options, OPTION_VALIDATE),
+        .software = "st4 " ST4_VERSION,
+        .command_line = session->options->recipe,
+    };
+    AccelOptions *accel = &render->accel_options;
+    accel->kappa = values[OPTION_KAPPA].number;
+    accel->leaf_size = (uint32_t)values[OPTION_LEAF_SIZE].integer;
+    accel->max_depth = (uint32_t)values[OPTION_MAX_DEPTH].integer;
+    accel->n_threads = render->n_threads;
+    return render->accel != NULL;
+}
+
+int session_close(Session *session, int status) {
+    diag_finish(session->diag);
+    return status == STATUS_OK && diag_n_errors(session->diag) ? STATUS_SCENE : status;
+}

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the commands that read a scene have in common: diagnostics, loading, the frames asked for.
+#ifndef LANG_SESSION_H
+#define LANG_SESSION_H
+
+#include "lang/diag.h"
+#include "lang/options.h"
+#include "lang/scene_load.h"
+#include "render/render.h"
+
+typedef struct {
+    Arena *arena; // borrowed
+    const Options *options;
+    Sources sources;
+    Diag *diag;
+    const Scene *scene;
+    const int64_t *frames; // ascending, each once
+    uint32_t n_frames;
+    Reporter reporter; // the renderer's reports become diagnostics
+} Session;
+
+// Loads the scene that the options name. Returns an exit status; unless it is 0, all was reported
+// and scene is NULL. The session must stay where it is: the reporter points to it.
+int session_open(Session *session, Arena *arena, const Options *options);
+
+// What the options and the scene say of rendering, everything but the file pattern and progress.
+// False: reported, a usage error.
+bool session_render_options(const Session *session, RenderOptions *render);
+
+// Ends the diagnostics; the exit status where `status` is what the command came to.
+int session_close(Session *session, int status);
+
+#endif
