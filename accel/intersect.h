@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays against one moving primitive in float: the kernels that all structures share.
 //
-// This text is compiled once per instruction set (accel/trace_body.h). Every operation rounds once
-// and in the same order everywhere (FMA only where __builtin_fmaf says so), so all of them give the
-// same bits.
+// This text is compiled once per instruction set (accel/trace_body.h). Operations round once, in
+// the same order everywhere (FMA only where __builtin_fmaf says so): all give the same bits.
 //
 // Triangles: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013), with the edge
-// functions by Kahan's difference of products, whose relative error is at most 2u (Jeannerod,
-// Louvet, Muller 2013). So their signs are exact as long as nothing underflows, and a shared edge
-// is seen alike from both its triangles. The limit is a projected area of about 2^-100 local units.
+// functions by Kahan's difference of products, whose relative error is at most 2u (Jeannerod and
+// others 2013): signs are exact as long as nothing underflows, down to a projected area of about
+// 2^-100 local units, and a shared edge is seen alike from both its triangles.
 // Spheres: Haines, Guenther, Akenine-Moeller, "Precision Improvements for Ray/Sphere Intersection"
 // (Ray Tracing Gems, 2019, chapter 7), in double from the float centre and radius.
 #ifndef ACCEL_INTERSECT_H
@@ -46,10 +45,8 @@ static inline float lerp(float f, float a, float b) {
 
 // a*b - c*d
 static inline float product_difference(float a, float b, float c, float d) {
-    float w = c * d;
-    float e = __builtin_fmaf(-c, d, w);
-    float g = __builtin_fmaf(a, b, -w);
-    return g + e;
+    float w = c * d, e = __builtin_fmaf(-c, d, w);
+    return __builtin_fmaf(a, b, -w) + e;
 }
 
 static inline bool is_nearer(float t, int32_t prim, const RayState *ray, const Nearest *nearest) {
@@ -123,17 +120,15 @@ static inline void intersect_sphere(const RayState *ray, int32_t prim, Nearest *
         gd = __builtin_fma(g[i], d, gd);
         gg = __builtin_fma(g[i], g[i], gg);
     }
-    double nearest_point = -gd / dd, ll = 0;
+    double nearest_point = -gd / dd, ll = 0, rr = radius * radius;
     for (int i = 0; i < 3; i++) {
         double l = __builtin_fma(nearest_point, (double)ray->d[i], g[i]);
         ll = __builtin_fma(l, l, ll);
     }
-    double rr = radius * radius;
     if (!(radius > 0 && ll <= rr)) {
         return;
     }
-    double root = __builtin_sqrt(dd * (rr - ll));
-    double q = gd > 0 ? -gd - root : root - gd;
+    double root = __builtin_sqrt(dd * (rr - ll)), q = gd > 0 ? -gd - root : root - gd;
     // Both are roots; q = 0 (the ray starts at the centre of nothing) gives NaN, and no hit.
     double t0 = (gg - rr) / q, t1 = q / dd;
     float lower = (float)(t0 < t1 ? t0 : t1), upper = (float)(t0 < t1 ? t1 : t0);
