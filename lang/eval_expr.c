@@ -36,7 +36,9 @@ static Value eval_let(Eval *ev, Binding *binding, Scope *at) {
     const Node *let = syntax_node(binding->module->syntax, binding->node);
     uint32_t index = (uint32_t)(binding - at->bindings);
     binding->state = BINDING_BUSY;
+    diag_next_statement(ev->diag); // its mistakes are its own
     Value value = eval_expr(ev, &inside, let->b);
+    diag_next_statement(ev->diag);
     // What is poison only because a loop must be unrolled is asked for again then.
     at->bindings[index].state =
         ev->unroll && value_is_poison(&value) ? BINDING_FRESH : BINDING_DONE;

@@ -30,9 +30,11 @@ static const char *hint_for(Eval *ev, Operator op, const Value *a, const Value *
                    : "multiply the number by 1deg";
     }
     if ((is_vector(a) || is_vector(b)) && has_number && op != OPERATOR_POW) {
-        return dag_is_const(ev->dag, number->ref[0], &x)
-                   ? arena_printf(ev->arena, "write <%.15g, %.15g, %.15g>", x, x, x)
-                   : "write <s, s, s>";
+        const char *part =
+            dag_is_const(ev->dag, number->ref[0], &x) ? arena_printf(ev->arena, "%.15g", x) : "s";
+        uint32_t n = is_vector(a) ? a->n : b->n;
+        return arena_printf(ev->arena, "write <%s, %s%s%s%s%s>", part, part, n > 2 ? ", " : "",
+                            n > 2 ? part : "", n > 3 ? ", " : "", n > 3 ? part : "");
     }
     if (op == OPERATOR_MUL && a->type == VALUE_ANGLE && b->type == VALUE_ANGLE) {
         return "divide one of them by 1turn, 1rad or 1deg to make it a number";
@@ -83,7 +85,7 @@ static Value eval_sum(Eval *ev, const Env *env, NodeId node, Operator op, const 
     Value sum = is_scalar(a)
                     ? value_scalar((ValueType)a->type, op2(ev, graph_op, a->ref[0], b->ref[0]))
                     : componentwise(ev, graph_op, a, b);
-    sum.dimension = a->dimension ? a->dimension : b->dimension;
+    sum.dimension = a->dimension == b->dimension ? a->dimension : DIMENSION_NONE;
     return sum;
 }
 
@@ -140,7 +142,7 @@ static Value eval_quotient(Eval *ev, const Env *env, NodeId node, const Value *a
 static Value eval_modulo(Eval *ev, const Env *env, NodeId node, const Value *a, const Value *b) {
     if (is_scalar(a) && a->type == b->type && units_agree(a, b)) {
         Value rest = value_scalar((ValueType)a->type, op2(ev, OP_MOD, a->ref[0], b->ref[0]));
-        rest.dimension = a->dimension ? a->dimension : b->dimension;
+        rest.dimension = a->dimension == b->dimension ? a->dimension : DIMENSION_NONE;
         return rest;
     }
     bool is_ok = is_vector(a) && (b->type == VALUE_NUMBER || (is_vector(b) && a->n == b->n));

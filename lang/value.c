@@ -86,7 +86,7 @@ uint32_t value_inputs(const Dag *dag, const Value *value) {
 }
 
 const char *value_describe(Arena *arena, const Value *value) {
-    if (value->dimension && (value->type == VALUE_NUMBER || value->type == VALUE_ANGLE)) {
+    if (value->dimension) {
         return dimension_names[value->dimension];
     }
     if (value->type == VALUE_VEC) {
