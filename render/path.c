@@ -292,17 +292,27 @@ static bool bounce(PathTracer *tracer, Path *path, const Vertex *vertex) {
     return max3(path->weight) > 0;
 }
 
+// Whether surfaces at the end of the path's ray can still give light: else they only hide it.
+static bool wants_surface(const PathTracer *tracer, const Path *path) {
+    const PathScene *paths = tracer->paths;
+    return paths->has_glow || path->depth <= paths->scene->render.bounces;
+}
+
+// Follows the path's ray. True: it ends at a surface.
 static bool follow(PathTracer *tracer, Path *path, Vertex *vertex) {
-    WorldHit hit;
-    bool is_hit = world_closest(tracer->view, path->origin, path->dir, 0, INFINITY, &hit);
-    if (path->depth > 0) {
-        tracer->counters.bounce_rays++;
-        if (max3(path->specular) > 0) {
-            add_met_lights(tracer, path, is_hit ? hit.t : INFINITY);
-        }
+    WorldView *view = tracer->view;
+    bool meets_lights = max3(path->specular) > 0 && has_area_light(&tracer->lights);
+    tracer->counters.bounce_rays += path->depth > 0;
+    if (!wants_surface(tracer, path) && !meets_lights) {
+        return world_occluded(view, path->origin, path->dir, 0, INFINITY);
     }
-    if (is_hit) {
-        world_surface(tracer->view, path->origin, path->dir, &hit, &vertex->point);
+    WorldHit hit;
+    bool is_hit = world_closest(view, path->origin, path->dir, 0, INFINITY, &hit);
+    if (meets_lights) {
+        add_met_lights(tracer, path, is_hit ? hit.t : INFINITY);
+    }
+    if (is_hit && wants_surface(tracer, path)) {
+        world_surface(view, path->origin, path->dir, &hit, &vertex->point);
         orient(vertex, path->dir);
     }
     return is_hit;
@@ -347,14 +357,10 @@ static void trace_path(PathTracer *tracer, Path *path, FilmSample *sample) {
                 sample->normal = vertex.N;
             }
         }
-        if (is_hit) {
-            goes_on = scatter(tracer, path, &vertex);
-        } else {
-            if (path->depth > 0 || !scene->film.transparent) {
-                add_scaled(path->color, path->weight, tracer->lights.sky, 1);
-            }
-            goes_on = false;
+        if (!is_hit && (path->depth > 0 || !scene->film.transparent)) {
+            add_scaled(path->color, path->weight, tracer->lights.sky, 1);
         }
+        goes_on = is_hit && wants_surface(tracer, path) && scatter(tracer, path, &vertex);
     }
 }
 
