@@ -22,4 +22,23 @@ extern const TraceKernels trace_scalar, trace_avx2;
 // What accel_set_cpu() chose. Structures keep it from their build on.
 const TraceKernels *trace_kernels(void);
 
+// What every kernel ends with. count may be NULL.
+static inline void count_ray(AccelCounters *count, uint64_t n_nodes, uint64_t n_tests) {
+    if (count) {
+        count->rays++;
+        count->nodes += n_nodes;
+        count->prim_tests += n_tests;
+    }
+}
+
+static inline bool report_hit(const RayState *state, const Nearest *nearest, AccelHit *hit) {
+    bool is_hit = nearest->prim != INT32_MAX;
+    if (is_hit) {
+        *hit = (AccelHit){nearest->t * state->unscale, nearest->prim, nearest->u, nearest->v};
+    } else {
+        hit->prim = ACCEL_NO_PRIM;
+    }
+    return is_hit;
+}
+
 #endif
