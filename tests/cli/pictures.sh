@@ -40,7 +40,7 @@ END
 # ninth of the time, so its blur is a ring that shines a ninth as bright, drawn here without motion.
 test_blade_turning_twice_a_frame_is_a_disc() {
     cat >blade.st4 <<'END'
-film { size = <80, 80> }
+film { size = <48, 48> }
 shutter { angle = 360deg  phase = start }
 camera { from = <0, 0, 5>  fov = 28deg  kind = orthographic }
 sky { color = <0, 0, 0> }
@@ -53,7 +53,7 @@ surface {
 }
 END
     cat >ring.st4 <<'END'
-film { size = <80, 80> }
+film { size = <48, 48> }
 shutter { length = 0s }
 camera { from = <0, 0, 5>  fov = 28deg  kind = orthographic }
 sky { color = <0, 0, 0> }
@@ -67,8 +67,8 @@ END
     expect 0 "$ST4" blade.st4 -s 1024 -D from=70deg -o turned.exr
     expect 0 "$ST4" blade.st4 -s 64 --shutter 0 -o sharp.exr
     expect 0 "$ST4" ring.st4 -s 1024 -Wno-zero-shutter -o ring.exr
-    expect 0 "$ST4" compare blade.exr ring.exr --metric rmse --fail-above 0.004
-    expect 0 "$ST4" compare turned.exr ring.exr --metric rmse --fail-above 0.004
+    expect 0 "$ST4" compare blade.exr ring.exr --metric rmse --fail-above 0.002
+    expect 0 "$ST4" compare turned.exr ring.exr --metric rmse --fail-above 0.002
     expect 1 "$ST4" compare sharp.exr ring.exr --metric rmse --fail-above 0.1
 }
 
