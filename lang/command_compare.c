@@ -53,7 +53,7 @@ static bool read_picture(Arena *arena, const char *path, Image *image) {
     if (image_read(arena, path, image, message, sizeof message)) {
         return true;
     }
-    fprintf(stderr, "st4: %s: %s\n", path, message);
+    fprintf(stderr, "st4: error: %s: %s\n", path, message);
     return false;
 }
 
@@ -67,7 +67,7 @@ int command_compare(Arena *arena, const Options *options) {
     char message[256];
     if (!compare_images(&a, &b, options->values[OPTION_CHANNEL].text, &result, message,
                         sizeof message)) {
-        fprintf(stderr, "st4: %s and %s: %s\n", a_path, b_path, message);
+        fprintf(stderr, "st4: error: %s and %s: %s\n", a_path, b_path, message);
         return STATUS_FILES;
     }
     Metric metric = (Metric)options->values[OPTION_METRIC].integer;

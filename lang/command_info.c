@@ -113,7 +113,7 @@ static int info_image(Arena *arena, const char *path) {
     Image image;
     char message[256];
     if (!image_read_exr(arena, path, &image, message, sizeof message)) {
-        fprintf(stderr, "st4: %s: %s\n", path, message);
+        fprintf(stderr, "st4: error: %s: %s\n", path, message);
         return STATUS_FILES;
     }
     printf("%-20s %ux%u\n", "size", image.width, image.height);

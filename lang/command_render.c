@@ -77,7 +77,7 @@ static bool is_exr(const char *path) {
 }
 
 static int refuse(int status, const char *path, const char *message) {
-    fprintf(stderr, "st4: %s: %s\n", path, message);
+    fprintf(stderr, "st4: error: %s: %s\n", path, message);
     return status;
 }
 

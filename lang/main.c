@@ -13,14 +13,15 @@
 // could allocate. Pictures are renamed into place when complete, so none is left half-written.
 static void report_exhausted(size_t wanted, size_t limit) {
     char text[200];
-    int n = limit ? snprintf(text, sizeof text,
-                             "st4: out of memory: %zu bytes more would pass the bound of %zu; "
-                             "see --memory\n",
-                             wanted, limit)
-                  : snprintf(text, sizeof text,
-                             "st4: out of memory: the system does not give %zu bytes more; "
-                             "a lower --memory makes smaller blocks\n",
-                             wanted);
+    int n = limit
+                ? snprintf(text, sizeof text,
+                           "st4: error: out of memory: %zu bytes more would pass the bound of %zu; "
+                           "see --memory\n",
+                           wanted, limit)
+                : snprintf(text, sizeof text,
+                           "st4: error: out of memory: the system does not give %zu bytes more; "
+                           "a lower --memory makes smaller blocks\n",
+                           wanted);
     if (write(STDERR_FILENO, text, (size_t)n) < 0) {
         _exit(STATUS_FILES);
     }
@@ -41,7 +42,7 @@ static int command_help(const Options *options) {
         }
     }
     const char *near = diag_nearest(options->operands[0], names, COMMAND_COUNT);
-    fprintf(stderr, "st4: there is no command '%s'%s%s%s\n", options->operands[0],
+    fprintf(stderr, "st4: error: there is no command '%s'%s%s%s\n", options->operands[0],
             near ? "; did you mean '" : "", near ? near : "", near ? "'?" : "");
     return STATUS_USAGE;
 }
@@ -83,7 +84,7 @@ int main(int argc, char **argv) {
     arena_free(&arena);
     // A full disk or a closed pipe shows at the last flush; it must not look like success.
     if ((fflush(stdout) || ferror(stdout)) && status == STATUS_OK) {
-        perror("st4: standard output");
+        perror("st4: error: standard output");
         status = STATUS_FILES;
     }
     return status;

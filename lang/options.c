@@ -41,7 +41,7 @@ static bool fail(const Reader *reader, const char *format, ...)
 static bool fail(const Reader *reader, const char *format, ...) {
     va_list args;
     va_start(args, format);
-    fputs("st4: ", reader->err);
+    fputs("st4: error: ", reader->err);
     vfprintf(reader->err, format, args);
     fputc('\n', reader->err);
     va_end(args);

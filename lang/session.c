@@ -25,7 +25,7 @@ static bool refuse_warning(const char *text) {
     }
     bool is_off = !strncmp(text, "no-", 3);
     const char *near = diag_nearest(is_off ? text + 3 : text, names, WARN_COUNT);
-    fprintf(stderr, "st4: -W: there is no warning '%s'%s%s%s%s\n", text,
+    fprintf(stderr, "st4: error: -W: there is no warning '%s'%s%s%s%s\n", text,
             near ? "; did you mean '" : "", near && is_off ? "no-" : "", near ? near : "",
             near ? "'?" : "");
     return false;
@@ -88,8 +88,13 @@ static bool find_frames(Session *session) {
     if (session->n_frames) {
         return true;
     }
-    fprintf(stderr, "st4: '%s' holds no frame, or more than %d, of a film that ends with %lld\n",
-            asked->is_set ? asked->text : "frames", FRAME_LIST_MAX, (long long)film->last_frame);
+    const char *what = asked->is_set ? asked->text : "the film";
+    if (session->frames) {
+        fprintf(stderr, "st4: error: '%s' has no frame: the film ends with %lld\n", what,
+                (long long)film->last_frame);
+    } else {
+        fprintf(stderr, "st4: error: '%s' has more than %d frames\n", what, FRAME_LIST_MAX);
+    }
     return false;
 }
 
@@ -102,7 +107,8 @@ int session_open(Session *session, Arena *arena, const Options *options) {
                              options->values[OPTION_DIAG].integer == JSON, wants_color(options));
     const char *cpu = options->values[OPTION_CPU].text;
     if (cpu && !program_set_cpu(cpu)) {
-        fprintf(stderr, "st4: --cpu: '%s' is none of scalar, avx2 that this processor has\n", cpu);
+        fprintf(stderr, "st4: error: --cpu: '%s' is none of scalar, avx2 that this processor has\n",
+                cpu);
         return STATUS_USAGE;
     }
     if (!set_warnings(session)) {
@@ -120,7 +126,7 @@ int session_open(Session *session, Arena *arena, const Options *options) {
 static const AccelType *find_accel(const char *name) {
     const AccelType *found = name ? accel_find(name) : &accel_types[0];
     if (!found) {
-        fprintf(stderr, "st4: --accel: '%s' is none of", name);
+        fprintf(stderr, "st4: error: --accel: '%s' is none of", name);
         for (const AccelType *type = accel_types; type->name; type++) {
             fprintf(stderr, "%s %s", type == accel_types ? "" : ",", type->name);
         }
