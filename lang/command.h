@@ -7,7 +7,8 @@
 
 enum {
     STATUS_OK = 0,
-    STATUS_SCENE = 1, // an error of the scene; for compare: more different than allowed
+    STATUS_SCENE = 1, // an error of the scene; for compare: more different than allowed; for
+                      // fmt --check: it would change
     STATUS_USAGE = 2,
     STATUS_FILES = 3, // input or output, memory included
     STATUS_INTERRUPTED = 130
@@ -16,6 +17,10 @@ enum {
 int command_render(Arena *arena, const Options *options);
 int command_check(Arena *arena, const Options *options);
 int command_info(Arena *arena, const Options *options);
+int command_eval(Arena *arena, const Options *options);
+int command_mesh(Arena *arena, const Options *options);
+int command_fmt(Arena *arena, const Options *options);
+int command_depends(Arena *arena, const Options *options);
 int command_compare(Arena *arena, const Options *options);
 
 #endif

@@ -71,8 +71,7 @@ static void add_file(Loader *loader, const char *path) {
 
 // ---- Reading
 
-// The whole of a file; NULL: errno says why. Bounded by what a Sources can hold.
-static char *read_all(Arena *arena, const char *path, size_t *size) {
+char *loader_read(Arena *arena, const char *path, size_t *size) {
     FILE *file = strcmp(path, "-") == 0 ? stdin : fopen(path, "rb");
     char *text = NULL;
     size_t n = 0, capacity = 0;
@@ -130,7 +129,7 @@ static const char *real_path(Arena *arena, const char *path) {
 Module *loader_script(Eval *ev, const char *path, const char *text, size_t size) {
     Loader *loader = ev->loader;
     if (!text) {
-        text = read_all(ev->arena, path, &size);
+        text = loader_read(ev->arena, path, &size);
         if (!text) {
             eval_error_at(ev, (Span){0, 0}, NULL, "cannot read '%s': %s", path, strerror(errno));
             ev->has_failed_file = true;
@@ -256,7 +255,7 @@ void loader_include(Eval *ev, const Env *env, NodeId statement) {
         return;
     }
     size_t size;
-    const char *text = read_all(ev->arena, path, &size);
+    const char *text = loader_read(ev->arena, path, &size);
     if (!text) {
         eval_error_at(ev, where, NULL, "cannot read '%s': %s", path, strerror(errno));
         ev->has_failed_file = true;

@@ -15,6 +15,10 @@ typedef struct Loader Loader;
 
 Loader *loader_new(Arena *arena, const LoadOptions *options);
 
+// The whole of a file, "-": of standard input; NULL: errno says why. Bounded by what a Sources can
+// hold.
+char *loader_read(Arena *arena, const char *path, size_t *size);
+
 // Reads and parses the script; NULL: reported.
 Module *loader_script(Eval *ev, const char *path, const char *text, size_t text_size);
 

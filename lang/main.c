@@ -55,6 +55,14 @@ static int run(Arena *arena, const Options *options) {
         return command_check(arena, options);
     case COMMAND_INFO:
         return command_info(arena, options);
+    case COMMAND_EVAL:
+        return command_eval(arena, options);
+    case COMMAND_MESH:
+        return command_mesh(arena, options);
+    case COMMAND_FMT:
+        return command_fmt(arena, options);
+    case COMMAND_DEPENDS:
+        return command_depends(arena, options);
     case COMMAND_COMPARE:
         return command_compare(arena, options);
     case COMMAND_HELP:

@@ -364,9 +364,8 @@ static bool take_operands(const Reader *reader, const char *const *operands, siz
         return fail(reader, "%s %s; usage: st4 %s [options] %s", info->name, what, info->name,
                     info->operands);
     }
-    for (size_t i = 0; i < n; i++) {
-        options->operands[options->n_operands++] = operands[i];
-    }
+    options->operands = operands;
+    options->n_operands = n;
     return true;
 }
 
@@ -395,7 +394,7 @@ const char *const *options_list(Arena *arena, const Options *options, OptionId o
 
 static const char *write_recipe(Arena *arena, const Options *options) {
     const char *line = arena_printf(arena, "st4 %s", command_infos[options->command].name);
-    for (unsigned i = 0; i < options->n_operands; i++) {
+    for (size_t i = 0; i < options->n_operands; i++) {
         line = arena_printf(arena, "%s %s", line, options->operands[i]);
     }
     for (size_t i = 0; i < options->n_uses; i++) {

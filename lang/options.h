@@ -7,6 +7,7 @@
 #ifndef LANG_OPTIONS_H
 #define LANG_OPTIONS_H
 
+#include <limits.h>
 #include <stdio.h>
 
 #include "accel/arena.h"
@@ -21,6 +22,8 @@ typedef enum {
     COMMAND_COUNT
 } Command;
 
+enum { MANY = INT_MAX }; // operands, without a bound
+
 typedef struct {
     const char *name, *operands;
     unsigned least, most; // operands
@@ -34,8 +37,13 @@ enum {
     ON_RENDER = 1 << COMMAND_RENDER,
     ON_CHECK = 1 << COMMAND_CHECK,
     ON_INFO = 1 << COMMAND_INFO,
+    ON_EVAL = 1 << COMMAND_EVAL,
+    ON_MESH = 1 << COMMAND_MESH,
+    ON_FMT = 1 << COMMAND_FMT,
+    ON_DEPENDS = 1 << COMMAND_DEPENDS,
     ON_COMPARE = 1 << COMMAND_COMPARE,
     ON_SCENE = ON_RENDER | ON_CHECK,
+    ON_LOAD = ON_SCENE | ON_INFO | ON_EVAL | ON_MESH | ON_DEPENDS, // those that read a scene
     ON_ALL = (1 << COMMAND_COUNT) - 1,
     SETS_PICTURE = 1 << COMMAND_COUNT
 };
@@ -90,8 +98,8 @@ typedef struct {
 
 typedef struct {
     Command command;
-    const char *operands[2];
-    unsigned n_operands;
+    const char *const *operands;
+    size_t n_operands;
     OptionValue values[OPTION_COUNT];
     const OptionUse *uses; // in order
     size_t n_uses;

@@ -245,21 +245,65 @@ void scene_load_free(LoadedScene *loaded) {
     }
 }
 
+// Evaluates an expression in the script's outermost scope; poison: reported.
+static Value eval_outermost(Loading *loading, const char *origin, const char *expr, Env *env,
+                            NodeId *node) {
+    Eval *ev = &loading->ev;
+    Module *module = NULL;
+    ev->stopped = false;
+    diag_next_statement(ev->diag);
+    *node = loader_parse_expr(ev, origin, expr, &module);
+    *env = (Env){module, loading->script->scope};
+    return *node ? eval_expr(ev, env, *node) : value_poison();
+}
+
+static bool is_time(const Value *value) {
+    return value_is(value, VALUE_NUMBER) &&
+           (!value->dimension || value->dimension == DIMENSION_TIME);
+}
+
+bool scene_eval_times(LoadedScene *loaded, Arena *arena, const char *origin, const char *expr,
+                      const double **times, size_t *n) {
+    Loading *loading = loaded->loading;
+    if (!loading || !loading->script) {
+        return false;
+    }
+    Eval *ev = &loading->ev;
+    Env env;
+    NodeId node;
+    Value value = eval_outermost(loading, origin, expr, &env, &node);
+    Sequence sequence = {.n = 1, .items = &value};
+    bool is_sequence = value_is(&value, VALUE_LIST) || value_is(&value, VALUE_RANGE);
+    if (value_is_poison(&value) ||
+        (is_sequence && !eval_sequence(ev, &env, node, &value, &sequence))) {
+        return false;
+    }
+    double *seconds = ARENA_ARRAY(arena, sequence.n, double);
+    for (uint32_t i = 0; i < sequence.n; i++) {
+        Value item = sequence_item(ev, &sequence, i);
+        if (!is_time(&item)) {
+            eval_error(ev, &env, node, "write 1.5s, 36f, 0..2 by 0.1",
+                       "a time is expected, this is %s", value_describe(ev->arena, &item));
+            return false;
+        }
+        if (!eval_need(ev, &env, node, item.ref[0], "the time", &seconds[i])) {
+            return false;
+        }
+    }
+    *times = seconds;
+    *n = sequence.n;
+    return true;
+}
+
 bool scene_eval(LoadedScene *loaded, Arena *arena, const char *expr, SceneMotion *motion) {
     Loading *loading = loaded->loading;
     if (!loading || !loading->script) {
         return false;
     }
     Eval *ev = &loading->ev;
-    Module *module = NULL;
-    ev->stopped = false;
-    diag_next_statement(ev->diag);
-    NodeId node = loader_parse_expr(ev, "expression", expr, &module);
-    if (!node) {
-        return false;
-    }
-    const Env env = {module, loading->script->scope};
-    Value value = eval_expr(ev, &env, node);
+    Env env;
+    NodeId node;
+    Value value = eval_outermost(loading, "expression", expr, &env, &node);
     if (value_is_poison(&value)) {
         return false;
     }

@@ -63,6 +63,11 @@ typedef struct {
 // False: the errors were reported. Everything in *motion is allocated from arena.
 bool scene_eval(LoadedScene *loaded, Arena *arena, const char *expr, SceneMotion *motion);
 
+// The instants that an expression names, which must be known: a time, a range or a list of them, in
+// seconds. origin names the expression in reports ("--at"). False: reported.
+bool scene_eval_times(LoadedScene *loaded, Arena *arena, const char *origin, const char *expr,
+                      const double **times, size_t *n);
+
 // The place in the source that a report of the renderer is about.
 static inline Span scene_span(SourceRef where) {
     return (Span){(uint32_t)where, (uint32_t)(where >> 32)};

@@ -31,8 +31,17 @@ static bool refuse_warning(const char *text) {
     return false;
 }
 
+// A let that nothing uses may be there to be asked for, and is no news to who wants something else.
+static void quiet_unused(Session *session) {
+    Command command = session->options->command;
+    if (command != COMMAND_RENDER && command != COMMAND_CHECK) {
+        diag_set_warning(session->diag, "no-unused-let");
+    }
+}
+
 // -q turns all warnings off, so that a -W after it or before it can turn one on again.
 static bool set_warnings(Session *session) {
+    quiet_unused(session);
     if (option_flag(session->options, OPTION_QUIET)) {
         for (int i = 0; i < WARN_COUNT; i++) {
             diag_set_warning(session->diag,
@@ -75,7 +84,6 @@ static void load(Session *session, LoadedScene *loaded) {
     scene_load(session->arena, &session->sources, session->diag, options->operands[0], NULL, 0,
                &load, loaded);
     session->scene = loaded->scene;
-    scene_load_free(loaded);
 }
 
 static bool find_frames(Session *session) {
@@ -98,7 +106,7 @@ static bool find_frames(Session *session) {
     return false;
 }
 
-int session_open(Session *session, Arena *arena, const Options *options) {
+int session_begin(Session *session, Arena *arena, const Options *options) {
     enum { TEXT, JSON };
     *session = (Session){.arena = arena, .options = options};
     session->sources = (Sources){.arena = arena, .end = 1};
@@ -111,16 +119,28 @@ int session_open(Session *session, Arena *arena, const Options *options) {
                 cpu);
         return STATUS_USAGE;
     }
-    if (!set_warnings(session)) {
-        return STATUS_USAGE;
+    return set_warnings(session) ? STATUS_OK : STATUS_USAGE;
+}
+
+int session_load(Session *session, Arena *arena, const Options *options, LoadedScene *loaded) {
+    *loaded = (LoadedScene){0};
+    int status = session_begin(session, arena, options);
+    if (status) {
+        return status;
     }
-    LoadedScene loaded = {0};
-    load(session, &loaded);
-    if (loaded.status || !session->scene || diag_n_errors(session->diag)) {
+    load(session, loaded);
+    if (loaded->status || !session->scene || diag_n_errors(session->diag)) {
         session->scene = NULL;
-        return session_close(session, loaded.status ? loaded.status : STATUS_SCENE);
+        return session_close(session, loaded->status ? loaded->status : STATUS_SCENE);
     }
-    return find_frames(session) ? STATUS_OK : STATUS_USAGE;
+    return STATUS_OK;
+}
+
+int session_open(Session *session, Arena *arena, const Options *options) {
+    LoadedScene loaded;
+    int status = session_load(session, arena, options, &loaded);
+    scene_load_free(&loaded);
+    return status ? status : find_frames(session) ? STATUS_OK : STATUS_USAGE;
 }
 
 static const AccelType *find_accel(const char *name) {

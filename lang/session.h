@@ -19,8 +19,16 @@ typedef struct {
     Reporter reporter; // the renderer's reports become diagnostics
 } Session;
 
-// Loads the scene that the options name. Returns an exit status; unless it is 0, all was reported
-// and scene is NULL. The session must stay where it is: the reporter points to it.
+// Sets up diagnostics. Returns an exit status; unless it is 0, all was reported. The session must
+// stay where it is: the reporter points to it.
+int session_begin(Session *session, Arena *arena, const Options *options);
+
+// Begins, and loads the scene that the options name. *loaded can be asked for more until it is
+// freed, which the caller has to do in any case.
+int session_load(Session *session, Arena *arena, const Options *options, LoadedScene *loaded);
+
+// The same for those who want the scene alone, and its frames. Unless the status is 0, scene is
+// NULL.
 int session_open(Session *session, Arena *arena, const Options *options);
 
 // What the options and the scene say of rendering, everything but the file pattern and progress.

@@ -51,6 +51,7 @@ enum {
 #include "lang/commands.def"
 #undef COMMAND
     ON_SCENE = ON_RENDER | ON_CHECK,
+    ON_LOAD = ON_SCENE | ON_INFO | ON_EVAL | ON_MESH | ON_DEPENDS,
     ON_ALL = (1 << N_COMMANDS) - 1,
     SETS_PICTURE = 1 << N_COMMANDS
 };

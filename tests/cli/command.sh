@@ -19,7 +19,7 @@ test_version_is_quick() {
 test_help_names_every_command() {
     local command
     expect 0 "$ST4" help
-    for command in render check info compare help; do
+    for command in render check info eval mesh fmt depends compare help; do
         has "$out" "  $command "
         [ $command = help ] || "$ST4" help $command | grep -q "^usage: st4 $command" ||
             fail "no help for $command"
@@ -55,6 +55,13 @@ a.st4 -f 5-2
 a.st4 --progress=x
 check a.st4 --stats x
 compare a.exr
+eval a.st4
+eval a.st4 1 --spp 3
+mesh a.st4
+fmt
+fmt a.st4 -w --check
+depends a.st4 a.st4
+mesh a.st4 -o a.ply --label nosuch
 END
 }
 
@@ -71,7 +78,7 @@ test_manual_knows_every_structure() {
 run_examples() {
     cp "$ROOT"/examples/*.st4 .
     mkdir bin
-    printf '#!/bin/sh\ncase $1 in info|compare|check|help) exec "%s" "$@" ;; esac\n' "$ST4" >bin/st4
+    printf '#!/bin/sh\ncase $1 in info|compare|check|eval|mesh|fmt|depends|help) exec "%s" "$@" ;; esac\n' "$ST4" >bin/st4
     printf 'exec "%s" "$@" -s 2 --size 32x32 -q\n' "$ST4" >>bin/st4
     chmod +x bin/st4
     local line n=0
