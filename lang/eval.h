@@ -15,10 +15,12 @@
 #include "lang/scope.h"
 
 enum {
-    EVAL_MAX_CALLS = 256,     // nested calls of functions and defs
-    EVAL_MAX_DEPTH = 3000,    // nested expressions and blocks: the C stack's bound
-    EVAL_MAX_LOOPS = 4,       // batched loops around a shape
-    EVAL_MAX_ITEMS = 1 << 24, // of a list or of all batched loops around a shape
+    EVAL_MAX_CALLS = 256,      // nested calls of functions and defs
+    EVAL_MAX_DEPTH = 3000,     // nested expressions and blocks: the C stack's bound
+    EVAL_MAX_LOOPS = 4,        // batched loops around a shape
+    EVAL_MAX_ITEMS = 1 << 24,  // of a list or of all batched loops around a shape
+    EVAL_MAX_NODES = 1 << 25,  // of the graph
+    EVAL_MAX_STRING = 1 << 20, // bytes
 };
 
 // A function: the user's, with the scope that it was written in, or one of lang/builtins.def.
@@ -54,12 +56,14 @@ typedef struct {
     double fps;         // > 0 once the film is known; the unit f needs it
     uint64_t steps, max_steps;
     uint32_t calls, depth;
-    uint32_t unroll;       // bit k: the batched loop k must be walked value by value
-    bool stopped;          // steps or calls ran out: everything is poison until the next statement
-    bool fps_is_open;      // no film was found yet
-    bool has_failed_file;  // a file was missing or damaged
-    Loops *loops;          // batched, around the place where the walk is
-    struct Loader *loader; // lang/loader.h
+    uint32_t unroll;   // bit k: the batched loop k must be walked value by value
+    bool stopped;      // steps or calls ran out: everything is poison until the next statement
+    bool reads_film;   // the film is evaluated before everything else: now
+    bool has_bad_file; // an included file could not be parsed
+    struct GivenBlock *free_given; // lang/eval_property.c
+    bool has_failed_file;          // a file was missing or damaged
+    Loops *loops;                  // batched, around the place where the walk is
+    struct Loader *loader;         // lang/loader.h
     Scope *predefined;
 } Eval;
 

@@ -39,6 +39,13 @@ bool eval_step(Eval *ev, const Env *env, NodeId node) {
     if (ev->stopped || ev->unroll) {
         return false;
     }
+    if (dag_n_nodes(ev->dag) > EVAL_MAX_NODES) {
+        eval_error(ev, env, node, NULL, "this scene's expressions take more than %d operations",
+                   EVAL_MAX_NODES);
+        ev->steps = ev->max_steps + 1;
+        ev->stopped = true;
+        return false;
+    }
     if (++ev->steps > ev->max_steps) {
         eval_error(ev, env, node, "loops and recursion are carried out while the scene is loaded",
                    "evaluating this scene takes more than %llu steps",
@@ -162,6 +169,7 @@ static bool range_sequence(Eval *ev, const Env *env, NodeId node, const Range *r
                    "this range has %.15g values, at most %d are allowed", n, EVAL_MAX_ITEMS);
         return false;
     }
+    ev->steps += (uint64_t)n / 8; // memory is work too
     double *numbers = ARENA_ARRAY(ev->arena, (size_t)n, double);
     for (size_t i = 0; i < (size_t)n; i++) {
         numbers[i] = fmin(low + (double)i * step, high);

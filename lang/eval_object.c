@@ -232,14 +232,16 @@ static void eval_kind(Eval *ev, const Env *env, const Place *place, NodeId state
     unsigned n_errors = diag_n_errors(ev->diag);
     object.where = syntax_name_span(env->module->syntax, statement);
     object.env = (Env){env->module, scope_new(ev->arena, env->scope)};
-    if (node_infos[kind].class == NODE_CLASS_SETTING) {
-        if (!place->is_outermost) {
-            eval_error_at(ev, object.where, NULL, "%s stands outermost, in no block", object.name);
-            return;
-        }
-        if (kind == OBJECT_FILM && lowered_film(ev, env->module, statement)) {
-            return; // it was evaluated before everything else
-        }
+    if (kind == OBJECT_FILM && lowered_film(ev, env->module, statement)) {
+        return; // it was evaluated before everything else
+    }
+    if (node_infos[kind].class == NODE_CLASS_SETTING && !place->is_outermost) {
+        eval_error_at(ev, object.where, NULL, "%s stands outermost, in no block", object.name);
+        return;
+    }
+    if (kind == OBJECT_FILM && !ev->reads_film) {
+        lower_misplaced_film(ev, &object);
+        return;
     }
     if (parts->is_instance) {
         eval_error_at(ev, object.where, arena_printf(ev->arena, "write %s { }", object.name),
@@ -250,17 +252,19 @@ static void eval_kind(Eval *ev, const Env *env, const Place *place, NodeId state
         refuse_args(ev, &object);
         return;
     }
+    object_begin(ev, &object);
     eval_declare(ev, &object.env, parts->block);
     bind_variables(ev, &object, parts->block);
     eval_gather(ev, &object.env, &object, parts->block);
     if (node_infos[kind].status == SCHEMA_LATER) {
         eval_error_at(ev, object.where, NULL, "not supported yet: %s", object.name);
-        return;
+    } else {
+        finish_node(ev, env, place, &object, parts);
     }
-    finish_node(ev, env, place, &object, parts);
     if (diag_n_errors(ev->diag) == n_errors) {
         check_helpers(ev, &object);
     }
+    object_end(ev, &object);
 }
 
 // ---- Copies of defs
@@ -269,10 +273,12 @@ static void emit_def(Eval *ev, const Place *place, Object *copy, const Binding *
     Object body = {
         .kind = OBJECT_GROUP, .name = copy->name, .where = copy->where, .is_identity = true};
     body.env = (Env){def->module, scope_new(ev->arena, copy->arguments)};
+    object_begin(ev, &body);
     eval_declare(ev, &body.env, block);
     eval_gather(ev, &body.env, &body, block);
     Place within = place_within(ev, place, &body);
     eval_emit(ev, &body.env, &within, block, true, body.name);
+    object_end(ev, &body);
 }
 
 static bool enter_def(Eval *ev, Span where) {
@@ -290,28 +296,16 @@ static bool enter_def(Eval *ev, Span where) {
     return false;
 }
 
-static void eval_copy(Eval *ev, const Env *env, const Place *place, NodeId statement,
-                      const Binding *def, Scope *at, const Parts *parts) {
-    const Env def_env = {def->module, at};
+// The copy's own block is evaluated: its arguments, then the def's block.
+static void finish_copy(Eval *ev, const Env *env, const Place *place, NodeId statement,
+                        Object *copy, const Binding *def, const Parts *parts) {
     const uint32_t *extra =
         def->module->syntax->extra + syntax_node(def->module->syntax, def->node)->b;
-    const Binding binding = *def; // more names may be bound while its scope is used
-    Object copy = {.kind = OBJECT_INSTANCE,
-                   .name = symbol_text(ev->symbols, def->name),
-                   .is_identity = true,
-                   .def_env = &def_env,
-                   .def_params = extra[0]};
-    copy.where = syntax_name_span(env->module->syntax, statement);
-    copy.env = (Env){env->module, scope_new(ev->arena, env->scope)};
-    copy.arguments = scope_new(ev->arena, at);
-    eval_declare(ev, &copy.env, parts->block);
-    eval_gather(ev, &copy.env, &copy, parts->block);
-    const char *what = arena_printf(ev->arena, "def %s", copy.name);
-    if (!eval_bind(ev, env, statement, parts->args, binding.module, extra[0], copy.arguments,
-                   what)) {
+    const char *what = arena_printf(ev->arena, "def %s", copy->name);
+    if (!eval_bind(ev, env, statement, parts->args, def->module, extra[0], copy->arguments, what)) {
         return;
     }
-    Place within = place_within(ev, place, &copy);
+    Place within = place_within(ev, place, copy);
     if (parts->label) {
         const char *label = label_text(ev, env, parts, false);
         if (!label) {
@@ -319,11 +313,31 @@ static void eval_copy(Eval *ev, const Env *env, const Place *place, NodeId state
         }
         within.path = arena_printf(ev->arena, "%s%s/", place->path, label);
     }
-    eval_emit(ev, &copy.env, &within, parts->block, false, copy.name);
-    if (enter_def(ev, copy.where)) {
-        emit_def(ev, &within, &copy, &binding, extra[1]);
+    eval_emit(ev, &copy->env, &within, parts->block, false, copy->name);
+    if (enter_def(ev, copy->where)) {
+        emit_def(ev, &within, copy, def, extra[1]);
         ev->calls--;
     }
+}
+
+static void eval_copy(Eval *ev, const Env *env, const Place *place, NodeId statement,
+                      const Binding *found, Scope *at, const Parts *parts) {
+    const Binding def = *found; // it moves when more names are bound in its scope
+    const Env def_env = {def.module, at};
+    const Node *node = syntax_node(def.module->syntax, def.node);
+    Object copy = {.kind = OBJECT_INSTANCE,
+                   .name = symbol_text(ev->symbols, def.name),
+                   .is_identity = true,
+                   .def_env = &def_env,
+                   .def_params = def.module->syntax->extra[node->b]};
+    copy.where = syntax_name_span(env->module->syntax, statement);
+    copy.env = (Env){env->module, scope_new(ev->arena, env->scope)};
+    copy.arguments = scope_new(ev->arena, at);
+    object_begin(ev, &copy);
+    eval_declare(ev, &copy.env, parts->block);
+    eval_gather(ev, &copy.env, &copy, parts->block);
+    finish_copy(ev, env, place, statement, &copy, &def, parts);
+    object_end(ev, &copy);
 }
 
 // ---- What a path names

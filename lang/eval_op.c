@@ -73,6 +73,10 @@ static Value eval_sum(Eval *ev, const Env *env, NodeId node, Operator op, const 
     Op graph_op = op == OPERATOR_ADD ? OP_ADD : OP_SUB;
     if (op == OPERATOR_ADD && a->type == VALUE_STRING && b->type == VALUE_STRING) {
         size_t n = symbol_size(ev->symbols, a->symbol), m = symbol_size(ev->symbols, b->symbol);
+        if (n + m > EVAL_MAX_STRING) {
+            return eval_error(ev, env, node, NULL, "this string is longer than %d bytes",
+                              EVAL_MAX_STRING);
+        }
         const char *text = arena_printf(ev->arena, "%s%s", symbol_text(ev->symbols, a->symbol),
                                         symbol_text(ev->symbols, b->symbol));
         return (Value){.type = VALUE_STRING, .symbol = symbol_of(ev->symbols, text, n + m)};

@@ -3,6 +3,7 @@
 #include "lang/object.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 enum {
@@ -10,6 +11,30 @@ enum {
     POINT_INPUTS = 1u << IN_U | 1u << IN_V | 7u << IN_PX | 7u << IN_NX,
     SHADING_INPUTS = MOTION_INPUTS | POINT_INPUTS | 7u << IN_WX | 7u << IN_WNX,
 };
+
+// Blocks of properties that are free again: objects within objects are few, one after another many.
+typedef struct GivenBlock {
+    struct GivenBlock *next;
+    Given given[OBJECT_MAX_GIVEN];
+} GivenBlock;
+
+void object_begin(Eval *ev, Object *object) {
+    GivenBlock *block = ev->free_given;
+    if (block) {
+        ev->free_given = block->next;
+    } else {
+        block = ARENA_NEW(ev->arena, GivenBlock);
+    }
+    object->given = block->given;
+    object->n_given = 0;
+}
+
+void object_end(Eval *ev, Object *object) {
+    GivenBlock *block = (GivenBlock *)((char *)object->given - offsetof(GivenBlock, given));
+    block->next = ev->free_given;
+    ev->free_given = block;
+    object->given = NULL;
+}
 
 const Given *object_given(const Object *object, PropertyId id) {
     for (uint32_t i = 0; i < object->n_given; i++) {

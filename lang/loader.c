@@ -265,6 +265,7 @@ void loader_include(Eval *ev, const Env *env, NodeId statement) {
     Scope *scope = node->b ? scope_new(ev->arena, ev->predefined) : env->scope;
     Module *module = parse_module(ev, path, text, size, where, scope);
     if (!module || module->syntax->has_errors) {
+        ev->has_bad_file = true;
         return;
     }
     add_included(ev->loader,

@@ -27,6 +27,9 @@ void lower_fps(Eval *ev, const Object *film);
 // The film as the schema has it, for a script without one.
 void lowering_default_film(Eval *ev);
 
+// A film where none may stand: a second one, or one in a for or an if. Reports.
+void lower_misplaced_film(Eval *ev, const Object *film);
+
 // Whether the film was lowered from this very statement.
 bool lowered_film(Eval *ev, const Module *module, NodeId statement);
 

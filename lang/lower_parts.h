@@ -21,6 +21,18 @@ typedef struct {
     const Program *program;
 } CachedProgram;
 
+// The rest pose of a surface, and what it was made from.
+typedef struct {
+    double u[2], v[2];
+    Ref rest[4]; // 3; compared byte by byte, so without holes
+    uint32_t nu, nv;
+} SurfaceKey;
+
+typedef struct {
+    SurfaceKey key;
+    const Mesh *mesh; // NULL: the slot is free
+} CachedSurface;
+
 struct Lowering {
     Arena *arena, *scratch;
     Scene *scene;
@@ -37,6 +49,8 @@ struct Lowering {
     double phase; // of the shutter
     Overrides overrides;
     const Mesh *unit_box, *unit_quad; // shared by all boxes and quads
+    CachedSurface *surfaces;          // a power of two of slots
+    size_t n_surfaces, n_surface_slots;
     Hash128 mesh_hash;
 };
 

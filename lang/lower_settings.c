@@ -19,6 +19,17 @@ static bool is_given(const Object *object, PropertyId id) {
     return given && !value_is_poison(&given->value);
 }
 
+void lower_misplaced_film(Eval *ev, const Object *film) {
+    const Source *first = &ev->lowering->film;
+    if (first->module) {
+        eval_error_at(ev, film->where, NULL, "a scene has one film, this is a second");
+        diag_note(ev->diag, first->where, "the first is here");
+    } else {
+        eval_error_at(ev, film->where, "give a property by a condition: fps = fast ? 60 : 24",
+                      "film stands outermost, in no for or if");
+    }
+}
+
 bool lowered_film(Eval *ev, const Module *module, NodeId statement) {
     const Source *film = &ev->lowering->film;
     return film->module == module && film->where.lo == syntax_node(module->syntax, statement)->lo;

@@ -13,7 +13,7 @@ enum {
     MOTION_INPUTS = 1u << IN_T | 1u << IN_FILM_T | 15u << IN_LOOP0,
     POINT_INPUTS = 1u << IN_U | 1u << IN_V,
     REST_INPUTS = 7u << IN_PX | 7u << IN_NX | 1u << IN_I,
-    MAX_VERTICES = 1 << 28
+    MAX_VERTICES = 1 << 24
 };
 
 // Edges are one place where they come this near, in parts of the surface's extent.
@@ -169,6 +169,55 @@ static Mesh *make_mesh(Eval *ev, Grid *grid, const Ref rest[3]) {
     return mesh;
 }
 
+// ---- One mesh for all copies
+
+static CachedSurface *surface_slot(Lowering *l, const SurfaceKey *key) {
+    Hash128 hash = {0, 0};
+    hash_add(&hash, key, sizeof *key);
+    size_t slot = hash.a & (l->n_surface_slots - 1);
+    while (l->surfaces[slot].mesh && memcmp(&l->surfaces[slot].key, key, sizeof *key) != 0) {
+        slot = (slot + 1) & (l->n_surface_slots - 1);
+    }
+    return &l->surfaces[slot];
+}
+
+static void grow_surfaces(Lowering *l) {
+    CachedSurface *old = l->surfaces;
+    size_t n = l->n_surface_slots;
+    l->n_surface_slots = n ? 2 * n : 16;
+    l->surfaces = ARENA_ARRAY(l->scratch, l->n_surface_slots, CachedSurface);
+    for (size_t i = 0; i < n; i++) {
+        if (old[i].mesh) {
+            *surface_slot(l, &old[i].key) = old[i];
+        }
+    }
+}
+
+static const Mesh *shared_mesh(Eval *ev, Grid *grid, const Ref rest[3]) {
+    Lowering *l = ev->lowering;
+    uint32_t inputs = 0;
+    for (int k = 0; k < 3; k++) {
+        inputs |= dag_inputs(ev->dag, rest[k]);
+    }
+    if (inputs & 15u << IN_LOOP0) {
+        return make_mesh(ev, grid, rest); // its rest pose is that of this loop's first values
+    }
+    SurfaceKey key = {{grid->u[0], grid->u[1]},
+                      {grid->v[0], grid->v[1]},
+                      {rest[0], rest[1], rest[2], 0},
+                      grid->nu,
+                      grid->nv};
+    if (2 * l->n_surfaces >= l->n_surface_slots) {
+        grow_surfaces(l);
+    }
+    CachedSurface *slot = surface_slot(l, &key);
+    if (!slot->mesh) {
+        *slot = (CachedSurface){key, make_mesh(ev, grid, rest)};
+        l->n_surfaces++;
+    }
+    return slot->mesh;
+}
+
 // ---- Properties
 
 static bool read_range(Eval *ev, const Object *object, PropertyId id, double range[2],
@@ -267,7 +316,7 @@ const Mesh *lower_surface(Eval *ev, const Object *object, Ref vertex[3]) {
         return NULL;
     }
     bool moves = (value_inputs(ev->dag, &point) & MOTION_INPUTS) != 0;
-    const Mesh *mesh = make_mesh(ev, &grid, point.ref);
+    const Mesh *mesh = shared_mesh(ev, &grid, point.ref);
     vertex[0] = REF_NONE;
     if (object_given(object, PROPERTY_SURFACE_DEFORM)) {
         // What stays is looked up; only what moves is computed again at each instant.

@@ -41,8 +41,12 @@ typedef struct {
     bool is_identity;
     RefMap map; // all transforms of the block, the first written acts first
     uint32_t n_given;
-    Given given[OBJECT_MAX_GIVEN];
+    Given *given; // OBJECT_MAX_GIVEN
 } Object;
+
+// Its properties live until object_end.
+void object_begin(Eval *ev, Object *object);
+void object_end(Eval *ev, Object *object);
 
 const Given *object_given(const Object *object, PropertyId id); // NULL: not given
 

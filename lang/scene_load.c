@@ -15,6 +15,7 @@ struct Loading {
     Eval ev;
     Module *script;
     Place place; // outermost
+    bool has_film;
 };
 
 enum { DEFAULT_STEPS = 1 << 28 };
@@ -141,8 +142,9 @@ static void find_film(Eval *ev, const Env *env, NodeId block, void *context) {
             continue;
         }
         const Node *path = syntax_node(syntax, syntax->extra[s->a + 1]);
-        if (path->kind == NODE_NAME && path->a == ev->kind_names[OBJECT_FILM] && ev->fps_is_open) {
-            ev->fps_is_open = false;
+        if (path->kind == NODE_NAME && path->a == ev->kind_names[OBJECT_FILM] &&
+            !loading->has_film) {
+            loading->has_film = true;
             eval_object(ev, env, &loading->place, statement);
             diag_next_statement(ev->diag);
         }
@@ -152,9 +154,10 @@ static void find_film(Eval *ev, const Env *env, NodeId block, void *context) {
 // The film comes first: frames as a unit and film.fps depend on it.
 static void load_film(Loading *loading) {
     Eval *ev = &loading->ev;
-    ev->fps_is_open = true;
+    ev->reads_film = true;
     loader_visit(ev, loading->script, find_film, loading);
-    if (ev->fps_is_open) {
+    ev->reads_film = false;
+    if (!loading->has_film) {
         lowering_default_film(ev);
     }
 }
@@ -191,12 +194,17 @@ static void evaluate(Loading *loading) {
     Overrides overrides;
     read_overrides(loading, &overrides);
     eval_declare(ev, &env, root);
+    if (ev->has_bad_file) {
+        return; // names are missing, what follows would speak of them
+    }
+    object_begin(ev, &file);
     load_film(loading);
     read_shutter(loading, &overrides);
     eval_gather(ev, &env, &file, root);
     Place place = place_within(ev, &loading->place, &file);
     place.is_outermost = true;
     eval_emit(ev, &env, &place, root, true, NULL);
+    object_end(ev, &file);
     loader_check_defines(ev);
 }
 
