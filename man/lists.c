@@ -286,13 +286,73 @@ static void list_nodes(void) {
     puts(" .");
 }
 
+static void print_function(const char *name, const char *params, const char *result,
+                           const char *help) {
+    printf(".It Fn %s", name);
+    for (const char *c = params; *c;) { // .Fn name "a number" "b number = 1"
+        size_t n = strcspn(c, ",");
+        printf(" \"%.*s\"", (int)n, c);
+        c += n + (c[n] ? 2 : 0);
+    }
+    char what[400];
+    snprintf(what, sizeof what, "%s; gives %s", help, result);
+    putchar('\n');
+    print_sentence(what);
+}
+
+static void list_functions(void) {
+    puts(".Bl -tag -width Ds");
+#define FUNCTION(id, name, params, result, run, op, help)                                          \
+    if (strcmp(#run, "later") != 0) {                                                              \
+        print_function(name, params, result, help);                                                \
+    }
+#include "lang/builtins.def"
+#undef FUNCTION
+    puts(".El\n.Pp\nNot supported yet:");
+    const char *before = ".Fn ";
+#define FUNCTION(id, name, params, result, run, op, help)                                          \
+    if (strcmp(#run, "later") == 0) {                                                              \
+        printf("%s%s", before, name);                                                              \
+        before = " ,\n.Fn ";                                                                       \
+    }
+#include "lang/builtins.def"
+#undef FUNCTION
+    puts(" .");
+}
+
+static void print_word(const char *name, unsigned n_arguments, const char *help) {
+    printf(".It Cm %s", name);
+    if (n_arguments) {
+        printf(" No (%u values)", n_arguments);
+    }
+    putchar('\n');
+    print_sentence(help);
+}
+
+static void list_modes(void) {
+    puts(".Bl -tag -width Ds");
+#define MODE(id, name, n_arguments, help) print_word(name, n_arguments, help);
+#include "lang/keys.def"
+#undef MODE
+    puts(".El");
+}
+
+static void list_ends(void) {
+    puts(".Bl -tag -width Ds");
+#define END(id, name, help) print_word(name, 0, help);
+#include "lang/keys.def"
+#undef END
+    puts(".El");
+}
+
 int main(int argc, char **argv) {
     static const struct {
         const char *name;
         void (*print)(void);
     } lists[] = {
         {"commands", list_commands}, {"options", list_options}, {"warnings", list_warnings},
-        {"units", list_units},       {"nodes", list_nodes},
+        {"units", list_units},       {"nodes", list_nodes},     {"functions", list_functions},
+        {"modes", list_modes},       {"ends", list_ends},
     };
     for (size_t i = 0; argc == 2 && i < sizeof lists / sizeof *lists; i++) {
         if (!strcmp(argv[1], lists[i].name)) {
