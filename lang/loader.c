@@ -9,6 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "lang/library.h"
 #include "lang/lower.h"
 
 typedef struct {
@@ -32,6 +33,7 @@ struct Loader {
     Included *included;
     ReadMesh *meshes;
     const char **files;
+    const char *library; // the folder of the standard library; NULL: there is none
     size_t n_included, included_capacity, n_meshes, meshes_capacity, n_files, files_capacity;
     Hash128 hash;
     Value defaults[PROPERTY_COUNT];
@@ -42,6 +44,7 @@ Loader *loader_new(Arena *arena, const LoadOptions *options) {
     Loader *loader = ARENA_NEW(arena, Loader);
     loader->arena = arena;
     loader->options = options;
+    loader->library = library_folder(arena);
     loader->define_is_used = ARENA_ARRAY(arena, options->n_defines, bool);
     for (size_t i = 0; i < options->n_defines; i++) {
         hash_add(&loader->hash, options->defines[i], strlen(options->defines[i]));
@@ -196,9 +199,11 @@ static const char *find_file(Eval *ev, const Env *env, NodeId node, const Value 
         return *real ? text : NULL;
     }
     bool is_outside = false;
-    for (size_t i = 0; i <= options->n_include_dirs; i++) {
-        const char *folder = i ? options->include_dirs[i - 1]
-                               : folder_of(ev->arena, env->module->syntax->file->path);
+    size_t n_folders = 1 + options->n_include_dirs + (ev->loader->library != NULL);
+    for (size_t i = 0; i < n_folders; i++) {
+        const char *folder = i == 0 ? folder_of(ev->arena, env->module->syntax->file->path)
+                             : i <= options->n_include_dirs ? options->include_dirs[i - 1]
+                                                            : ev->loader->library;
         const char *path = join(ev->arena, folder, text);
         const char *real_folder = real_path(ev->arena, folder);
         *real = *text && real_folder ? real_path(ev->arena, path) : NULL;
@@ -213,7 +218,8 @@ static const char *find_file(Eval *ev, const Env *env, NodeId node, const Value 
                       "'%s' lies outside of the folders that this script may read", text);
     } else {
         eval_error_at(ev, where,
-                      "it is looked for beside this file, then in each folder given with -I",
+                      "it is looked for beside this file, in each folder given with -I, and in the "
+                      "standard library",
                       "there is no file '%s'", text);
     }
     return NULL;
