@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The text of one set of kernels: included once by each file that is compiled for an instruction
 // set, which defines TRACE_KERNELS (the set's name) and TRACE_NAME.
-#include "accel/trace_kd4.h"
+#include "accel/trace_kd4_body.h"
 
 // ---- No structure
 

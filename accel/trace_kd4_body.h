@@ -7,8 +7,8 @@
 // of the distance per axis; what does not shrink with the distance is covered by the padding of the
 // boxes. The distance of a hit is exact to `slack`.
 
-#ifndef ACCEL_TRACE_KD4_H
-#define ACCEL_TRACE_KD4_H
+#ifndef ACCEL_TRACE_KD4_BODY_H
+#define ACCEL_TRACE_KD4_BODY_H
 
 #include "accel/kd4_accel.h"
 
