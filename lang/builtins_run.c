@@ -7,6 +7,7 @@
 
 #include "lang/color.h"
 #include "lang/functions.h"
+#include "lang/watch.h"
 
 static Ref ref1(const BuiltinCall *call, uint32_t i) {
     return call->args[i].ref[0];
@@ -214,11 +215,19 @@ static Value run_rate(const BuiltinCall *call) {
     for (uint32_t i = 0; i < e->n; i++) {
         refs[i] = dag_diff(dag_of(call), value_refs(e)[i], IN_T, difference_step, &is_opaque);
     }
+    if (is_opaque) {
+        diag_warn(call->ev->diag, WARN_ESTIMATED_RATE,
+                  syntax_span(call->env->module->syntax, node_of(call, 0)), NULL,
+                  "noise and random numbers have no formula for their rate of change: it is "
+                  "estimated over %.2g s",
+                  2 * difference_step);
+    }
     return value_like(call->ev->arena, e, refs);
 }
 
 static Value run_at(const BuiltinCall *call) {
     const Value *e = &call->args[0];
+    watch_other_times(call->ev);
     Ref refs[12];
     if (!value_is_numeric(e)) {
         return needs_motion(call);

@@ -37,12 +37,17 @@ static int check(const Session *session) {
         return STATUS_USAGE;
     }
     Table table = {.is_quiet = option_flag(session->options, OPTION_QUIET)};
-    int status = render_check(session->scene, &render, &session->reporter, print_motion, &table);
+    CheckTotals totals;
+    int status =
+        render_check(session->scene, &render, &session->reporter, print_motion, &table, &totals);
     if (!table.is_quiet && status == STATUS_OK) {
         printf("%u of %u shapes move in %u frame%s; %u error%s, %u warning%s\n", table.n_moving,
                table.n_shapes, session->n_frames, session->n_frames == 1 ? "" : "s",
                diag_n_errors(session->diag), diag_n_errors(session->diag) == 1 ? "" : "s",
                diag_n_warnings(session->diag), diag_n_warnings(session->diag) == 1 ? "" : "s");
+        printf("%.3g MB of vertex arrays, with trees roughly %.3g MB, in %u block%s of frames\n",
+               (double)totals.array_bytes / 1e6, (double)totals.bytes / 1e6, totals.n_blocks,
+               totals.n_blocks == 1 ? "" : "s");
     }
     return status;
 }

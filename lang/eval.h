@@ -64,6 +64,7 @@ typedef struct {
     bool has_failed_file;          // a file was missing or damaged
     Loops *loops;                  // batched, around the place where the walk is
     struct Loader *loader;         // lang/loader.h
+    struct Watches *watches;       // lang/watch.h
     Scope *predefined;
 } Eval;
 

@@ -9,6 +9,7 @@
 #include "lang/builtins.h"
 #include "lang/eval_keys.h"
 #include "lang/lower.h"
+#include "lang/watch.h"
 
 enum { MAX_NAMES = 512 }; // looked through for a did-you-mean
 
@@ -276,6 +277,8 @@ static Value eval_member(Eval *ev, const Env *env, NodeId id, const Node *node) 
 // else a chain of choices. The index holds at the ends.
 static Value index_motion(Eval *ev, const Env *env, NodeId id, const List *list, Ref index) {
     const Value *first = &list->items[0];
+    watch_read(ev, syntax_span(env->module->syntax, id), "the list", index, 0,
+               nextafter(list->n, 0));
     for (uint32_t i = 0; i < list->n; i++) {
         const Value *item = &list->items[i];
         if (!value_is_numeric(item) || item->type != first->type || item->n != first->n) {

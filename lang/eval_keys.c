@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "lang/keys.h"
+#include "lang/watch.h"
 
 typedef struct {
     Eval *ev;
@@ -221,7 +222,8 @@ static Value build(Table *table) {
 }
 
 Value eval_keys(Eval *ev, const Env *env, NodeId id) {
-    const uint32_t *words = env->module->syntax->extra + syntax_node(env->module->syntax, id)->a;
+    const Syntax *syntax = env->module->syntax;
+    const uint32_t *words = syntax->extra + syntax_node(syntax, id)->a;
     uint32_t n_modes = words[0], n = words[1 + n_modes];
     KeysMode common = {.curve = KEYS_LINEAR};
     Table table = {.ev = ev, .env = env, .words = words + 2 + n_modes};
@@ -236,5 +238,12 @@ Value eval_keys(Eval *ev, const Env *env, NodeId id) {
         return eval_error(ev, env, id, "one value that does not change needs no keys",
                           "keys are at least two");
     }
-    return read_keys(&table, &common) ? build(&table) : value_poison();
+    if (!read_keys(&table, &common)) {
+        return value_poison();
+    }
+    if (table.keys.before == KEYS_END_HOLD && table.keys.after == KEYS_END_HOLD) {
+        watch_keys(ev, syntax_word_span(syntax, syntax_node(syntax, id)->lo), table.times[0],
+                   table.times[n - 1]);
+    }
+    return build(&table);
 }

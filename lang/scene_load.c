@@ -8,6 +8,7 @@
 #include "lang/builtins.h"
 #include "lang/loader.h"
 #include "lang/lower.h"
+#include "lang/watch.h"
 
 struct Loading {
     Arena arena;
@@ -70,6 +71,7 @@ static void begin(Loading *loading, Arena *scene_arena, Sources *sources, Diag *
             ev->kind_names[kind] = symbol_of(ev->symbols, info->name, strlen(info->name));
         }
     }
+    ev->watches = watches_new(arena);
     ev->builtins = builtins_new(arena, ev->symbols);
     ev->predefined = scope_new(arena, NULL);
     predefine_all(ev);
@@ -235,6 +237,7 @@ void scene_load(Arena *arena, Sources *sources, Diag *diag, const char *path, co
     if (syntax && diag_n_errors(diag) == n_errors) {
         warn_unused(ev, loading->script);
         loaded->scene = lowering_finish(ev, loader_hash(ev->loader));
+        watches_report(ev, loaded->scene);
     }
     // Warnings may count as errors.
     bool is_fine = diag_n_errors(diag) == n_errors;

@@ -31,17 +31,20 @@ static bool refuse_warning(const char *text) {
     return false;
 }
 
-// A let that nothing uses may be there to be asked for, and is no news to who wants something else.
-static void quiet_unused(Session *session) {
+// Notes that are of use to some commands only: a let that nothing uses may be there for `eval`.
+static void quiet_notes(Session *session) {
     Command command = session->options->command;
     if (command != COMMAND_RENDER && command != COMMAND_CHECK) {
         diag_set_warning(session->diag, "no-unused-let");
+    }
+    if (command != COMMAND_CHECK) {
+        diag_set_warning(session->diag, "no-estimated-rate");
     }
 }
 
 // -q turns all warnings off, so that a -W after it or before it can turn one on again.
 static bool set_warnings(Session *session) {
-    quiet_unused(session);
+    quiet_notes(session);
     if (option_flag(session->options, OPTION_QUIET)) {
         for (int i = 0; i < WARN_COUNT; i++) {
             diag_set_warning(session->diag,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the motion of each shape was sampled: what `st4 check` says without tracing.
 #include "render/report.h"
+#include "render/survey.h"
 #include "render/world_parts.h"
 
 enum {
@@ -151,20 +152,34 @@ static void count_block(Check *check, const World *world) {
     }
 }
 
+static void add_totals(CheckTotals *totals, const World *world) {
+    size_t array_bytes = 0, bytes = 0;
+    for (uint32_t i = 0; i < world->parts.n_forms; i++) {
+        array_bytes += form_array_bytes(world->parts.forms[i]);
+        bytes += form_bytes(world->parts.forms[i]);
+    }
+    totals->n_blocks++;
+    totals->array_bytes = array_bytes > totals->array_bytes ? array_bytes : totals->array_bytes;
+    totals->bytes = bytes > totals->bytes ? bytes : totals->bytes;
+}
+
 int render_check(const Scene *scene, const RenderOptions *options, const Reporter *reporter,
-                 ShapeMotionSink *sink, void *context) {
+                 ShapeMotionSink *sink, void *context, CheckTotals *totals) {
     Arena arena = {0};
     Scene placed = *scene;
     world_place_camera(&arena, &placed);
     Check check = {&placed, ARENA_ARRAY(&arena, scene->n_shapes, ShapeMotion),
                    ARENA_ARRAY(&arena, scene->n_shapes, uint32_t)};
     bool is_fine = true;
+    *totals = (CheckTotals){0};
+    survey_scene(&placed, options, reporter);
     for (uint32_t first = 0, n = 0; first < options->n_frames && is_fine; first += n) {
         World *world = world_sample(&placed, options, options->frames + first,
                                     options->n_frames - first, reporter, &n);
         is_fine = world != NULL;
         if (is_fine) {
             count_block(&check, world);
+            add_totals(totals, world);
         }
         world_destroy(world);
     }

@@ -6,6 +6,7 @@
 
 #include "render/interrupt.h"
 #include "render/output.h"
+#include "render/survey.h"
 #include "render/tiles.h"
 
 enum { STATUS_FINE = 0, STATUS_SCENE = 1, STATUS_FILES = 3, STATUS_INTERRUPTED = 130 };
@@ -115,6 +116,7 @@ static int render_blocks(Run *run) {
     const RenderOptions *options = run->options;
     const FilmSettings *settings = &run->scene.film;
     place_camera(run);
+    survey_scene(&run->scene, options, run->reporter);
     path_scene_init(&run->paths, &run->arena, &run->scene);
     film_init(&run->film, &run->arena, settings->width, settings->height);
     troubles_init(&run->troubles, &run->arena, &run->scene);

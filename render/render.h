@@ -68,9 +68,16 @@ typedef struct {
     bool moves_as_body;      // its transform depends on time
 } ShapeMotion;
 
+// What a run of these frames will need.
+typedef struct {
+    size_t array_bytes; // of vertex arrays, in the largest block
+    size_t bytes;       // with the trees over them, roughly
+    uint32_t n_blocks;  // of frames
+} CheckTotals;
+
 typedef void ShapeMotionSink(void *context, const ShapeMotion *motion);
 int render_check(const Scene *scene, const RenderOptions *options, const Reporter *reporter,
-                 ShapeMotionSink *sink, void *context);
+                 ShapeMotionSink *sink, void *context, CheckTotals *totals);
 
 // The file name of one frame: "#" runs (or one %0Nd) replaced by the number; if the pattern has
 // neither and many is true, the number goes before the ending as ".%04d". False: the pattern is

@@ -498,11 +498,13 @@ static void check_measures(void **state) {
     (void)state;
     Rig rig;
     ShapeMotion motion;
+    CheckTotals totals;
     const int64_t frames[2] = {1, 2};
     rig_open(&rig, vertex_quarter);
     rig.options.frames = frames;
     rig.options.n_frames = 2;
-    assert_int_equal(render_check(&rig.scene, &rig.options, &rig.reporter, sink_one, &motion), 0);
+    assert_int_equal(
+        render_check(&rig.scene, &rig.options, &rig.reporter, sink_one, &motion, &totals), 0);
     Form *form = rig_build(&rig, 1, 2);
     assert_int_equal(motion.n_keys, form->geometry.n_keys);
     assert_int_equal(motion.bytes, form->geometry.n_keys * 16 * 3 * sizeof(float));
@@ -510,9 +512,12 @@ static void check_measures(void **state) {
     double radius = sqrt(0.5) * PER_METRE;
     assert_near(motion.pixels_per_frame, radius * 0.5 * PI, 0.01 * radius);
     assert_true(motion.error_pixels > 0.05 && motion.error_pixels <= 0.25);
+    assert_int_equal(totals.n_blocks, 1);
+    assert_true(totals.bytes > motion.bytes && totals.bytes < 1 << 20);
     rig.shape.vertex = NULL;
     rig.shape.transform = program_turning(&rig.arena, 2 * PI * FPS, vec3(0, 0, 0), vec3(0, 0, 0));
-    assert_int_equal(render_check(&rig.scene, &rig.options, &rig.reporter, sink_one, &motion), 0);
+    assert_int_equal(
+        render_check(&rig.scene, &rig.options, &rig.reporter, sink_one, &motion, &totals), 0);
     assert_int_equal(motion.n_keys, 1);
     assert_true(motion.moves_as_body);
     assert_near(motion.pixels_per_frame, radius * 2 * PI, 0.01 * radius);

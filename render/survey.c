@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// A survey: programs of one frame after the other, at many instants, until something shows.
+#include "render/survey.h"
+
+#include <math.h>
+
+#include "render/mover.h"
+#include "render/report.h"
+
+enum {
+    INSTANTS = 256, // of one opening of the shutter
+    MOST_OUT = 12,  // outputs of a light's program
+    SHAPES = 4096,  // that are looked at; with more, some are taken to be visible
+};
+
+// Instants in an opening, the ends included.
+static void find_instants(const Scene *scene, int64_t frame, double seconds[INSTANTS]) {
+    const ShutterSettings *shutter = &scene->shutter;
+    for (int i = 0; i < INSTANTS; i++) {
+        double offset = shutter->open + shutter->length * i / (INSTANTS - 1);
+        seconds[i] = instant_seconds(instant_at(frame - 1, offset), scene->film.fps);
+    }
+}
+
+static void run(const Program *program, const double *seconds, const Shape *shape,
+                double out[][INSTANTS]) {
+    ProgramInputs in = {.varying = 1u << IN_T | 1u << IN_FILM_T};
+    double *columns[MOST_OUT];
+    in.at[IN_T] = in.at[IN_FILM_T] = seconds;
+    if (shape) {
+        mover_set_loops(&in, shape, 0);
+    }
+    for (uint32_t k = 0; k < program_n_out(program); k++) {
+        columns[k] = out[k];
+    }
+    program_run(program, &in, INSTANTS, columns);
+}
+
+// Power and color of a light, where its program has them.
+static bool shines(LightKind kind, double out[][INSTANTS], int i) {
+    int power = 3, color = kind == LIGHT_SKY ? 0 : 4;
+    return out[power][i] > 0 &&
+           (out[color][i] > 0 || out[color + 1][i] > 0 || out[color + 2][i] > 0);
+}
+
+static bool light_shines_in(const Scene *scene, const Light *light, int64_t frame) {
+    double seconds[INSTANTS], out[MOST_OUT][INSTANTS], visible[1][INSTANTS];
+    find_instants(scene, frame, seconds);
+    run(light->program, seconds, NULL, out);
+    if (light->visible) {
+        run(light->visible, seconds, NULL, visible);
+    }
+    for (int i = 0; i < INSTANTS; i++) {
+        // What is not finite is reported elsewhere.
+        if ((!light->visible || visible[0][i] != 0) && shines(light->kind, out, i)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool is_never_by_constant(const Program *visible) {
+    double in[IN_COUNT] = {0}, out = 1;
+    if (visible && program_is_constant(visible)) {
+        program_run1(visible, in, &out);
+    }
+    return out == 0;
+}
+
+static void survey_light(const Scene *scene, const RenderOptions *options, const Light *light,
+                         const Reporter *reporter) {
+    static const char *const names[] = {"sun", "lamp", "sky"};
+    bool is_still = !program_reads_time(light->program) && !program_reads_time(light->visible);
+    bool is_seen = is_never_by_constant(light->visible);
+    for (uint32_t f = 0; f < (is_still ? 1 : options->n_frames) && !is_seen; f++) {
+        is_seen = light_shines_in(scene, light, options->frames[f]);
+    }
+    if (!is_seen) {
+        report_warning(reporter, light->where, "light-never-visible",
+                       "this %s gives no light at any instant at which the shutter is open",
+                       names[light->kind]);
+    }
+}
+
+static bool shape_is_there_in(const Scene *scene, const Shape *shape, int64_t frame) {
+    double seconds[INSTANTS], visible[1][INSTANTS];
+    find_instants(scene, frame, seconds);
+    run(shape->visible, seconds, shape, visible);
+    for (int i = 0; i < INSTANTS; i++) {
+        if (visible[0][i] != 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// Of shapes in loops whose visibility differs, whether the first is there says nothing of the
+// others: they are taken to be.
+static bool anything_is_there(const Scene *scene, const RenderOptions *options) {
+    for (uint32_t s = 0; s < scene->n_shapes; s++) {
+        const Shape *shape = &scene->shapes[s];
+        if (!shape->visible || program_reads_loops(shape->visible) || s >= SHAPES) {
+            return true;
+        }
+        bool is_still = !program_reads_time(shape->visible);
+        for (uint32_t f = 0; f < (is_still ? 1 : options->n_frames); f++) {
+            if (shape_is_there_in(scene, shape, options->frames[f])) {
+                return true;
+            }
+        }
+    }
+    return scene->n_shapes == 0;
+}
+
+void survey_scene(const Scene *scene, const RenderOptions *options, const Reporter *reporter) {
+    for (uint32_t i = 0; i < scene->n_lights; i++) {
+        if (scene->lights[i].where) {
+            survey_light(scene, options, &scene->lights[i], reporter);
+        }
+    }
+    if (!anything_is_there(scene, options)) {
+        report_warning(reporter, 0, "empty",
+                       "no shape is visible at any instant at which the shutter is open");
+    }
+}
