@@ -213,7 +213,10 @@ static Value run_rate(const BuiltinCall *call) {
         return needs_motion(call);
     }
     for (uint32_t i = 0; i < e->n; i++) {
-        refs[i] = dag_diff(dag_of(call), value_refs(e)[i], IN_T, difference_step, &is_opaque);
+        // The film's clock runs as fast as the place's own.
+        Ref own = dag_diff(dag_of(call), value_refs(e)[i], IN_T, difference_step, &is_opaque);
+        Ref film = dag_diff(dag_of(call), value_refs(e)[i], IN_FILM_T, difference_step, &is_opaque);
+        refs[i] = dag_op(dag_of(call), OP_ADD, own, film, REF_NONE);
     }
     if (is_opaque) {
         diag_warn(call->ev->diag, WARN_ESTIMATED_RATE,
@@ -227,13 +230,15 @@ static Value run_rate(const BuiltinCall *call) {
 
 static Value run_at(const BuiltinCall *call) {
     const Value *e = &call->args[0];
-    watch_other_times(call->ev);
+    static const Input clocks[2] = {IN_T, IN_FILM_T};
+    const Ref when[2] = {ref1(call, 1), ref1(call, 1)};
     Ref refs[12];
+    watch_other_times(call->ev);
     if (!value_is_numeric(e)) {
         return needs_motion(call);
     }
     for (uint32_t i = 0; i < e->n; i++) {
-        refs[i] = dag_substitute(dag_of(call), value_refs(e)[i], IN_T, ref1(call, 1));
+        refs[i] = dag_substitute_all(dag_of(call), value_refs(e)[i], clocks, when, 2);
     }
     return value_like(call->ev->arena, e, refs);
 }

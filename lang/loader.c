@@ -100,6 +100,20 @@ char *loader_read(Arena *arena, const char *path, size_t *size) {
     return is_read ? text : NULL;
 }
 
+// Another module of a file that was read before, in another scope.
+static Module *module_again(Eval *ev, const char *real, Scope *scope) {
+    for (size_t i = 0; i < ev->loader->n_included; i++) {
+        const Included *included = &ev->loader->included[i];
+        if (included->real && strcmp(included->real, real) == 0) {
+            Module *module = ARENA_NEW(ev->arena, Module);
+            *module = *included->module;
+            module->scope = scope;
+            return module;
+        }
+    }
+    return NULL;
+}
+
 static Module *parse_module(Eval *ev, const char *path, const char *text, size_t size, Span from,
                             Scope *scope) {
     const SourceFile *file = source_add(ev->sources, path, text, size, from);
@@ -114,6 +128,18 @@ static Module *parse_module(Eval *ev, const char *path, const char *text, size_t
     module->flags = ARENA_ARRAY(ev->arena, module->syntax->n_nodes, uint8_t);
     diag_next_statement(ev->diag);
     return module;
+}
+
+static Module *read_module(Eval *ev, const char *path, Span where, Scope *scope) {
+    size_t size;
+    const char *text = loader_read(ev->arena, path, &size);
+    if (!text) {
+        eval_error_at(ev, where, NULL, "cannot read '%s': %s", path, strerror(errno));
+        ev->has_failed_file = true;
+        return NULL;
+    }
+    add_file(ev->loader, path);
+    return parse_module(ev, path, text, size, where, scope);
 }
 
 static void add_included(Loader *loader, Included included) {
@@ -260,16 +286,9 @@ void loader_include(Eval *ev, const Env *env, NodeId statement) {
         eval_error_at(ev, where, NULL, "'%s' includes itself", path);
         return;
     }
-    size_t size;
-    const char *text = loader_read(ev->arena, path, &size);
-    if (!text) {
-        eval_error_at(ev, where, NULL, "cannot read '%s': %s", path, strerror(errno));
-        ev->has_failed_file = true;
-        return;
-    }
-    add_file(ev->loader, path);
     Scope *scope = node->b ? scope_new(ev->arena, ev->predefined) : env->scope;
-    Module *module = parse_module(ev, path, text, size, where, scope);
+    Module *module = module_again(ev, real, scope);
+    module = module ? module : read_module(ev, path, where, scope);
     if (!module || module->syntax->has_errors) {
         ev->has_bad_file = true;
         return;

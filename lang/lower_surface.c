@@ -286,9 +286,8 @@ bool lower_deform(Eval *ev, const Object *object, PropertyId id, const Value *re
                        scalar_input(ev, type_v, IN_V),
                        scalar_input(ev, VALUE_NUMBER, IN_I),
                        vector_input(ev, IN_U, 2)};
-    uint32_t n = id == PROPERTY_MESH_DEFORM ? 6 : 5;
     Value moved =
-        eval_apply(ev, deform->value.closure, names, values, n, &deform->env, deform->node);
+        eval_apply(ev, deform->value.closure, names, values, 6, &deform->env, deform->node);
     if (!eval_check_vec3(ev, deform->name, "deform", &moved,
                          MOTION_INPUTS | POINT_INPUTS | REST_INPUTS)) {
         return false;
