@@ -269,21 +269,32 @@ static void print_node(const Node *node) {
     print_later(node->id);
 }
 
+static void print_later_node(const Node *node) {
+    printf(".It Ic %s\n", node->name);
+    print_sentence(node->help);
+    const char *before = "Takes\n.Va ";
+    for (int i = 0; i < N_PROPERTIES; i++) {
+        if (!strcmp(properties[i].node, node->id)) {
+            printf("%s%s", before, properties[i].name);
+            before = " ,\n.Va ";
+        }
+    }
+    puts(" .");
+}
+
 static void list_nodes(void) {
     for (int i = 0; i < N_NODES; i++) {
         if (is_ready(nodes[i].status)) {
             print_node(&nodes[i]);
         }
     }
-    puts(".Ss Not supported yet");
-    const char *before = ".Ic ";
+    puts(".Ss Not supported yet\n.Bl -tag -width Ds");
     for (int i = 0; i < N_NODES; i++) {
         if (!is_ready(nodes[i].status)) {
-            printf("%s%s", before, nodes[i].name);
-            before = " ,\n.Ic ";
+            print_later_node(&nodes[i]);
         }
     }
-    puts(" .");
+    puts(".El");
 }
 
 static void print_function(const char *name, const char *params, const char *result,
@@ -345,6 +356,16 @@ static void list_ends(void) {
     puts(".El");
 }
 
+static void list_words(void) {
+    puts(".Bl -tag -width Ds");
+#define WORD(word, answer)                                                                         \
+    printf(".It Ic %s\n", word);                                                                   \
+    print_sentence(answer);
+#include "lang/words.def"
+#undef WORD
+    puts(".El");
+}
+
 int main(int argc, char **argv) {
     static const struct {
         const char *name;
@@ -352,7 +373,7 @@ int main(int argc, char **argv) {
     } lists[] = {
         {"commands", list_commands}, {"options", list_options}, {"warnings", list_warnings},
         {"units", list_units},       {"nodes", list_nodes},     {"functions", list_functions},
-        {"modes", list_modes},       {"ends", list_ends},
+        {"modes", list_modes},       {"ends", list_ends},       {"words", list_words},
     };
     for (size_t i = 0; argc == 2 && i < sizeof lists / sizeof *lists; i++) {
         if (!strcmp(argv[1], lists[i].name)) {

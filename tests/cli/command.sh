@@ -93,10 +93,57 @@ test_manual_examples_run() {
     run_examples 5 <"$ROOT/man/st4.1"
 }
 
-test_manual_first_scene_renders() {
-    sed -n '/^\.Bd -literal/,/^\.Ed/p; /^\.Ed/q' "$ROOT/man/st4.5" | sed '/^\./d' >first.st4
-    expect 0 "$ST4" first.st4 -s 1 --size 16x9 -f 3
-    [ -s first.exr ] || fail 'no first.exr'
+# Every display of the reference is a scene: without warnings, and of use to the eye.
+test_manual_scenes_render() {
+    awk '/^\.Bd -literal/ { n++; is_open = 1; next } /^\.Ed/ { is_open = 0 }
+         is_open { gsub(/\\e/, "\\"); sub(/^\\&/, ""); print > (n ".st4") }' "$ROOT/man/st4.5"
+    local scene n=0
+    for scene in *.st4; do
+        expect 0 "$ST4" "$scene" -s 1 --size 16x9 -f 1-2 -o "$scene.####.exr" -Werror
+        [ -s "$scene.0002.exr" ] || fail "$scene: no picture"
+        expect 0 "$ST4" fmt "$scene"
+        n=$((n + 1))
+    done
+    below 6 $n
+}
+
+# What the tables hold and what the language's punctuation is stands in the reference.
+test_manual_is_complete() {
+    local word n=0
+    for word in $(sed -nE 's/^(FUNCTION|KEYWORD|MODE|END|UNIT|PROPERTY|NODE)\(([A-Z_0-9]+, ){1,2}"([a-zA-Z0-9_]+)".*/\3/p' \
+        "$ROOT"/lang/{builtins,keywords,keys,units,schema}.def | sort -u); do
+        grep -qE "(^|[^a-z_])$word([^a-z_]|$)" "$ROOT/man/st4.5" || fail "st4.5 does not name $word"
+        n=$((n + 1))
+    done
+    below 150 $n
+    while read -r word; do
+        grep -qF -- "$word" "$ROOT/man/st4.5" || fail "st4.5 does not show $word"
+    done < <(sed -nE 's/^TOKEN\([A-Z]+, "(.*)"\)$/\1/p' "$ROOT/lang/tokens.def")
+}
+
+# The editors' files know each word of the tables; Vim and a reader of JSON take them, if there are any.
+test_editors_know_the_words() {
+    local word file
+    for file in st4.vim st4.tmLanguage.json; do
+        for word in $(sed -nE 's/^(FUNCTION|KEYWORD|MODE|UNIT|PROPERTY)\(([A-Z_0-9]+, ){1,2}"([a-zA-Z0-9_]+)".*/\3/p' \
+            "$ROOT"/lang/{builtins,keywords,keys,units,schema}.def | sort -u); do
+            grep -qE "[|(]$word(\\\\)?[|)]" "$ROOT/stdlib/editors/$file" || fail "$file does not know $word"
+        done
+    done
+    if command -v python3 >/dev/null; then
+        python3 -m json.tool "$ROOT/stdlib/editors/st4.tmLanguage.json" >/dev/null || fail 'no JSON'
+    fi
+    command -v vim >/dev/null || return 0
+    printf 'let a = 2turn\nsphere Ball { radius = 3cm  scale sin(a) } // x\n' >a.st4
+    local place
+    for place in 1,1:st4Statement 1,9:st4Number 2,1:st4Node 2,8:st4Name 2,15:st4Property \
+        2,24:st4Number 2,29:st4Statement 2,35:st4Function 2,44:st4Comment; do
+        echo "call add(g:out, synIDattr(synID(${place%:*}, 1), 'name') . ' ${place#*:} ${place%:*}')"
+    done >places.vim
+    vim -u NONE -N -es -c 'let g:out = []' -c 'syntax on' -c "source $ROOT/stdlib/editors/st4.vim" \
+        -c 'source places.vim' -c 'call writefile(g:out, "names")' -c 'qa!' a.st4 </dev/null
+    [ "$(wc -l <names)" = 9 ] || fail 'Vim does not read the file'
+    awk '$1 != $2 { print; bad = 1 } END { exit bad }' names || fail 'another color'
 }
 
 test_scene_from_standard_input() {
