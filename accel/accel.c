@@ -4,6 +4,7 @@
 
 #include "accel/brute.h"
 #include "accel/kd4_accel.h"
+#include "accel/wide.h"
 
 #include <string.h>
 
@@ -17,6 +18,8 @@ const AccelType accel_types[] = {
      kd4_accel_build, kd4_accel_closest, kd4_accel_occluded, kd4_accel_validate, kd4_accel_destroy},
     {"kd3", "3D kd-tree over the same segments, never split in time", kd3_accel_build,
      kd4_accel_closest, kd4_accel_occluded, kd4_accel_validate, kd4_accel_destroy},
+    {"bvh16", "16-wide nodes of moving boxes over clusters, split by object and in time", wide_build,
+     wide_closest, wide_occluded, wide_validate, wide_destroy},
     {"brute", "no structure: every ray is tested against every primitive", brute_build,
      brute_closest, brute_occluded, brute_validate, brute_destroy},
     {NULL},

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+// The wide tree as a structure: building, queries, the validator.
+#include "accel/wide.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "accel/trace.h"
+
+static double seconds_now(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+// Prefix sums of the ticks' lengths.
+static double *share_of_ticks(const Geometry *g, uint32_t last_tick) {
+    double *share = malloc(((size_t)last_tick + 1) * sizeof *share);
+    if (share) {
+        share[0] = 0;
+        for (uint32_t tick = 0; tick < last_tick; tick++) {
+            double span = g->span_share ? g->span_share[tick / TICKS_PER_SPAN] : 1;
+            share[tick + 1] = share[tick] + span / TICKS_PER_SPAN;
+        }
+    }
+    return share;
+}
+
+static bool build_tree(WideTree *wide, AccelStats *stats) {
+    const Geometry *g = wide->geometry;
+    uint32_t last_tick = g->n_keys > 1 ? (g->n_keys - 1) * TICKS_PER_SPAN : 0;
+    double *share = share_of_ticks(g, last_tick);
+    BinaryTree binary = {0};
+    if (share) {
+        binary_build(&binary, wide->set, share, last_tick);
+    }
+    bool is_built = share && !binary.is_out_of_memory && wide_collapse(wide, &binary);
+    stats->n_time_splits = binary.n_time_splits;
+    stats->n_depth = binary.depth;
+    stats->n_references = (binary.n + 1) / 2;
+    stats->peak_bytes = binary.capacity * sizeof *binary.nodes;
+    free(binary.nodes);
+    free(share);
+    return is_built;
+}
+
+static size_t tree_bytes(const WideTree *wide) {
+    size_t node = wide->is_moving ? sizeof(WideNode) : sizeof(WideBoxes);
+    return sizeof *wide + wide->n_nodes * node + wide->n_times * sizeof *wide->times;
+}
+
+void wide_destroy(Accel *accel) {
+    WideTree *wide = (WideTree *)accel;
+    cluster_destroy(wide->set);
+    free(wide->nodes);
+    free(wide->times);
+    free(wide);
+}
+
+Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelStats *stats) {
+    (void)options;
+    *stats = (AccelStats){.n_prims = geometry->n_prims};
+    WideTree *wide = calloc(1, sizeof *wide);
+    if (!wide) {
+        return NULL;
+    }
+    wide->base.type = accel_find("bvh16");
+    wide->geometry = geometry;
+    wide->is_moving = geometry->n_keys > 1;
+    double start = seconds_now();
+    wide->set = cluster_build(geometry);
+    double middle = seconds_now();
+    if (!wide->set || !build_tree(wide, stats)) {
+        wide_destroy(&wide->base);
+        return NULL;
+    }
+    cluster_drop_boxes(wide->set);
+    stats->segment_seconds = middle - start;
+    stats->build_seconds = seconds_now() - middle;
+    stats->segment_bytes = wide->set->bytes;
+    stats->tree_bytes = tree_bytes(wide);
+    stats->peak_bytes += stats->segment_bytes + stats->tree_bytes;
+    stats->n_segments = wide->set->n_clusters;
+    stats->n_nodes = wide->n_nodes;
+    return &wide->base;
+}
+
+static WideTrace *const *kernels(void) {
+    static WideTrace *const scalar[] = {wide_closest_scalar, wide_occluded_scalar};
+    static WideTrace *const avx2[] = {wide_closest_avx2, wide_occluded_avx2};
+    return strcmp(accel_cpu(), "avx2") == 0 ? avx2 : scalar;
+}
+
+static bool trace(const Accel *accel, const AccelRay *ray, AccelHit *hit, AccelCounters *count,
+                  int which) {
+    const WideTree *wide = (const WideTree *)accel;
+    RayState state;
+    if (count) {
+        count->rays++;
+    }
+    if (hit) {
+        hit->prim = ACCEL_NO_PRIM;
+    }
+    if (!ray_prepare(wide->geometry, ray, &state)) {
+        return false;
+    }
+    Nearest nearest = {state.tf, INT32_MAX, 0, 0};
+    if (!kernels()[which](wide, &state, &nearest, count)) {
+        return false;
+    }
+    if (hit) {
+        *hit = (AccelHit){nearest.t * state.unscale, nearest.prim, nearest.u, nearest.v};
+    }
+    return true;
+}
+
+bool wide_closest(const Accel *accel, const AccelRay *ray, AccelHit *hit, AccelCounters *count) {
+    return trace(accel, ray, hit, count, 0);
+}
+
+bool wide_occluded(const Accel *accel, const AccelRay *ray, AccelCounters *count) {
+    return trace(accel, ray, NULL, count, 1);
+}
+
+// -- validator ------------------------------------------------------------------------------------
+
+typedef struct {
+    const WideTree *wide;
+    uint64_t *ticks; // [n_clusters], how many ticks each cluster is reached at
+    char *why;
+    size_t n;
+} Check;
+
+static bool fail(const Check *check, const char *what, uint32_t index) {
+    snprintf(check->why, check->n, "%s %u", what, index);
+    return false;
+}
+
+// Every vertex of the cluster inside the lane's box at w, evaluated in the kernel's own floats.
+static bool is_inside(const Check *check, const WideBoxes *boxes, int lane, uint32_t cluster,
+                      uint32_t key, float f) {
+    const WideTree *wide = check->wide;
+    float w = (float)key + f;
+    const WideNode *node = (const WideNode *)(const void *)boxes;
+    const float *a = cluster_key(wide->set, cluster, key);
+    const float *b = wide->is_moving ? a + wide->set->n_rows * CLUSTER_LANES : a;
+    for (int axis = 0; axis < 3; axis++) {
+        float lo = boxes->lo[axis][lane], hi = boxes->hi[axis][lane];
+        if (wide->is_moving) {
+            lo = fmaf(w, node->vlo[axis][lane], lo);
+            hi = fmaf(w, node->vhi[axis][lane], hi);
+        }
+        for (int i = axis * CLUSTER_LANES; i < (axis + 1) * CLUSTER_LANES; i++) {
+            float x = fmaf(f, b[i] - a[i], a[i]);
+            if (isfinite(x) && !(lo <= x && x <= hi)) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+// Lists of the boxes on the way down: every one of them must hold what is below it.
+typedef struct Way {
+    const struct Way *up;
+    const WideBoxes *boxes;
+    int lane;
+} Way;
+
+static bool check_cluster(const Check *check, const Way *way, uint32_t cluster, uint32_t tick0,
+                          uint32_t tick1) {
+    if (cluster >= check->wide->set->n_clusters) {
+        return fail(check, "no such cluster:", cluster);
+    }
+    check->ticks[cluster] += tick1 - tick0;
+    for (; way; way = way->up) {
+        for (uint32_t tick = tick0; tick <= tick1; tick += tick1 > tick0 ? 1 : 2) {
+            bool is_last = tick == tick1 && tick1 > tick0;
+            uint32_t key = (tick - is_last) / TICKS_PER_SPAN;
+            float f = (float)(tick - key * TICKS_PER_SPAN) / TICKS_PER_SPAN;
+            if (!is_inside(check, way->boxes, way->lane, cluster, key, f)) {
+                return fail(check, "a box on the way does not hold cluster", cluster);
+            }
+        }
+    }
+    return true;
+}
+
+static bool check_child(const Check *check, const Way *way, uint32_t child, uint32_t tick0,
+                        uint32_t tick1) {
+    const WideTree *wide = check->wide;
+    uint32_t index = child_index(child);
+    switch (child_kind(child)) {
+    case CHILD_NONE:
+        return true;
+    case CHILD_CLUSTER:
+        return check_cluster(check, way, index, tick0, tick1);
+    case CHILD_TIME: {
+        const TimeNode *time = &wide->times[index];
+        if (index >= wide->n_times || time->tick <= tick0 || time->tick >= tick1) {
+            return fail(check, "a cut in time outside its interval:", index);
+        }
+        return check_child(check, way, time->child[0], tick0, time->tick) &&
+               check_child(check, way, time->child[1], time->tick, tick1);
+    }
+    case CHILD_NODE:
+        break;
+    }
+    if (index >= wide->n_nodes) {
+        return fail(check, "no such node:", index);
+    }
+    const WideBoxes *boxes = wide->is_moving ? &((const WideNode *)wide->nodes)[index].at
+                                             : &((const WideBoxes *)wide->nodes)[index];
+    for (int lane = 0; lane < WIDE_LANES; lane++) {
+        Way here = {way, boxes, lane};
+        if (!check_child(check, &here, boxes->child[lane], tick0, tick1)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool wide_validate(const Accel *accel, char *why, size_t n) {
+    const WideTree *wide = (const WideTree *)accel;
+    uint32_t n_keys = wide->geometry->n_keys;
+    uint32_t last = n_keys > 1 ? (n_keys - 1) * TICKS_PER_SPAN : 0;
+    Check check = {wide, calloc((size_t)wide->set->n_clusters + 1, sizeof(uint64_t)), why, n};
+    bool is_valid = check.ticks && check_child(&check, NULL, wide->root, 0, last);
+    for (uint32_t c = 0; is_valid && c < wide->set->n_clusters; c++) {
+        if (check.ticks[c] != last) {
+            is_valid = fail(&check, "not reached once at every tick: cluster", c);
+        }
+    }
+    free(check.ticks);
+    return is_valid;
+}
