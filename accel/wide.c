@@ -70,6 +70,10 @@ Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelSt
     wide->base.type = accel_find("bvh16");
     wide->geometry = geometry;
     wide->is_moving = geometry->n_keys > 1;
+    wide->n_spans = wide->is_moving ? geometry->n_keys - 1 : 1;
+    bool has_avx2 = strcmp(accel_cpu(), "avx2") == 0;
+    wide->closest = has_avx2 ? wide_closest_avx2 : wide_closest_scalar;
+    wide->occluded = has_avx2 ? wide_occluded_avx2 : wide_occluded_scalar;
     double start = seconds_now();
     wide->set = cluster_build(geometry);
     double middle = seconds_now();
@@ -88,41 +92,15 @@ Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelSt
     return &wide->base;
 }
 
-static WideTrace *const *kernels(void) {
-    static WideTrace *const scalar[] = {wide_closest_scalar, wide_occluded_scalar};
-    static WideTrace *const avx2[] = {wide_closest_avx2, wide_occluded_avx2};
-    return strcmp(accel_cpu(), "avx2") == 0 ? avx2 : scalar;
-}
-
-static bool trace(const Accel *accel, const AccelRay *ray, AccelHit *hit, AccelCounters *count,
-                  int which) {
-    const WideTree *wide = (const WideTree *)accel;
-    RayState state;
-    if (count) {
-        count->rays++;
-    }
-    if (hit) {
-        hit->prim = ACCEL_NO_PRIM;
-    }
-    if (!ray_prepare(wide->geometry, ray, &state)) {
-        return false;
-    }
-    Nearest nearest = {state.tf, INT32_MAX, 0, 0};
-    if (!kernels()[which](wide, &state, &nearest, count)) {
-        return false;
-    }
-    if (hit) {
-        *hit = (AccelHit){nearest.t * state.unscale, nearest.prim, nearest.u, nearest.v};
-    }
-    return true;
-}
-
 bool wide_closest(const Accel *accel, const AccelRay *ray, AccelHit *hit, AccelCounters *count) {
-    return trace(accel, ray, hit, count, 0);
+    const WideTree *wide = (const WideTree *)accel;
+    return wide->closest(wide, ray, hit, count);
 }
 
 bool wide_occluded(const Accel *accel, const AccelRay *ray, AccelCounters *count) {
-    return trace(accel, ray, NULL, count, 1);
+    const WideTree *wide = (const WideTree *)accel;
+    AccelHit hit;
+    return wide->occluded(wide, ray, &hit, count);
 }
 
 // -- validator ------------------------------------------------------------------------------------

@@ -51,17 +51,22 @@ typedef struct {
     uint32_t tick, child[2];
 } TimeNode;
 
-typedef struct {
+typedef struct WideTree WideTree;
+typedef bool WideTrace(const WideTree *tree, const AccelRay *ray, AccelHit *hit,
+                       AccelCounters *count);
+
+struct WideTree {
     Accel base;
+    WideTrace *closest, *occluded; // of the instruction set in use
     const Geometry *geometry;
     ClusterSet *set;
     bool is_moving;
-    void *nodes; // WideNode[n_nodes], or WideBoxes[n_nodes] where nothing moves
+    uint32_t n_spans; // at least 1
+    void *nodes;      // WideNode[n_nodes], or WideBoxes[n_nodes] where nothing moves
     TimeNode *times;
     uint32_t n_nodes, n_times;
     uint32_t root; // a child; CHILD_NONE: nothing can be hit
-    uint32_t max_stack;
-} WideTree;
+};
 
 // The binary tree that is collapsed (accel/wide_build.c).
 typedef struct {
@@ -86,8 +91,6 @@ void binary_build(BinaryTree *tree, const ClusterSet *set, const double *share, 
 // False: no memory.
 bool wide_collapse(WideTree *wide, const BinaryTree *tree);
 
-typedef bool WideTrace(const WideTree *tree, const RayState *ray, Nearest *nearest,
-                       AccelCounters *count);
 // The structure "bvh16" behind accel/accel.h.
 Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelStats *stats);
 bool wide_closest(const Accel *accel, const AccelRay *ray, AccelHit *hit, AccelCounters *count);

