@@ -95,13 +95,13 @@ static void box_at(const ClusterSet *set, uint32_t cluster, uint32_t tick, doubl
     }
 }
 
-// Rounds outwards, a further ulp to cover the doubles' own rounding.
+// Rounds outwards, a further ulp to cover the doubles' own rounding; stays finite.
 static float round_down(double x) {
-    return nextafterf((float)x, -INFINITY);
+    return most(nextafterf((float)x, -INFINITY), -FLT_MAX);
 }
 
 static float round_up(double x) {
-    return nextafterf((float)x, INFINITY);
+    return least(nextafterf((float)x, INFINITY), FLT_MAX);
 }
 
 MovingBox cluster_bound(const ClusterSet *set, uint32_t cluster, uint32_t tick0, uint32_t tick1) {
@@ -504,17 +504,16 @@ static void cut(Builder *b, uint32_t *prims, uint32_t n) {
 
 // -- keys -----------------------------------------------------------------------------------------
 
-// Padding against the rounding of the kernels, which is relative to the largest coordinate that can
-// turn up: of a vertex, or of a ray's origin (accel/frame.h: at most 4 units, or the nearest point
-// to the centre of a ray that passes near a vertex).
+// Padding against the rounding of positions and of boxes in time, both relative to the largest
+// coordinate there is.
 static float padding(const Geometry *g) {
-    float largest = 4;
+    float largest = 0;
     size_t n = (size_t)g->n_keys * g->n_vertices * 3;
     for (size_t i = 0; i < n; i++) {
         float size = fabsf(g->position[i]);
         largest = size > largest && size <= FLT_MAX ? size : largest;
     }
-    return 0x1p-20f * largest;
+    return 0x1p-21f * largest + 1e-36f;
 }
 
 static void fill_key(ClusterSet *set, uint32_t c, uint32_t key, float pad) {
@@ -543,8 +542,8 @@ static void fill_key(ClusterSet *set, uint32_t c, uint32_t key, float pad) {
         if (!(lo[a] <= hi[a])) {
             lo[a] = hi[a] = 0;
         }
-        lo[a] -= pad;
-        hi[a] += pad;
+        lo[a] = most(lo[a] - pad, -FLT_MAX);
+        hi[a] = least(hi[a] + pad, FLT_MAX);
     }
 }
 

@@ -60,6 +60,11 @@ static inline Lanes lanes_fms(Lanes x, Lanes y, Lanes z) {
     return (Lanes){_mm256_fmsub_ps(x.a, y.a, z.a), _mm256_fmsub_ps(x.b, y.b, z.b)};
 }
 
+static inline Lanes lanes_abs(Lanes x) {
+    __m256 sign = _mm256_set1_ps(-0.0f);
+    return (Lanes){_mm256_andnot_ps(sign, x.a), _mm256_andnot_ps(sign, x.b)};
+}
+
 // The second operand where either is NaN.
 static inline Lanes lanes_min(Lanes x, Lanes y) {
     return (Lanes){_mm256_min_ps(x.a, y.a), _mm256_min_ps(x.b, y.b)};
@@ -154,6 +159,10 @@ static inline Lanes lanes_fnma(Lanes x, Lanes y, Lanes z) {
 
 static inline Lanes lanes_fms(Lanes x, Lanes y, Lanes z) {
     LANES_EACH(__builtin_fmaf(x.v[i], y.v[i], -z.v[i]));
+}
+
+static inline Lanes lanes_abs(Lanes x) {
+    LANES_EACH(__builtin_fabsf(x.v[i]));
 }
 
 static inline Lanes lanes_min(Lanes x, Lanes y) {

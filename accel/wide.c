@@ -8,6 +8,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "accel/kd4_accel.h"
 #include "accel/trace.h"
 
 static double seconds_now(void) {
@@ -60,8 +61,23 @@ void wide_destroy(Accel *accel) {
     free(wide);
 }
 
+// An estimate from above of what a build takes at its peak: at the worst 4 primitives a cluster, each
+// cluster in MAX_COPIES references after the cuts in time.
+static size_t most_bytes(const Geometry *g) {
+    enum { MAX_COPIES = 6 };
+    size_t clusters = (size_t)g->n_prims / 4 + 2;
+    size_t keys = g->n_keys * (4 * CLUSTER_LANES + 6) * sizeof(float);
+    size_t reference = 2 * sizeof(BinaryNode) + 200 + sizeof(WideNode) / 4;
+    size_t work = (size_t)g->n_prims * 88 + (size_t)g->n_vertices * 16;
+    return work + clusters * (sizeof(Cluster) + keys + MAX_COPIES * reference) + sizeof(WideTree);
+}
+
 Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelStats *stats) {
-    (void)options;
+    // The kd-tree gets coarser within any bound; this one has a size and either fits or does not.
+    size_t reserved = most_bytes(geometry);
+    if (options->memory && reserved > options->memory) {
+        return kd4_accel_build(geometry, options, stats);
+    }
     *stats = (AccelStats){.n_prims = geometry->n_prims};
     WideTree *wide = calloc(1, sizeof *wide);
     if (!wide) {
@@ -81,12 +97,17 @@ Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelSt
         wide_destroy(&wide->base);
         return NULL;
     }
+    size_t taken = stats->peak_bytes + wide->set->bytes + tree_bytes(wide);
+    if (options->memory && taken > options->memory) {
+        wide_destroy(&wide->base);
+        return kd4_accel_build(geometry, options, stats);
+    }
     cluster_drop_boxes(wide->set);
     stats->segment_seconds = middle - start;
     stats->build_seconds = seconds_now() - middle;
     stats->segment_bytes = wide->set->bytes;
     stats->tree_bytes = tree_bytes(wide);
-    stats->peak_bytes += stats->segment_bytes + stats->tree_bytes;
+    stats->peak_bytes = taken > reserved ? taken : reserved;
     stats->n_segments = wide->set->n_clusters;
     stats->n_nodes = wide->n_nodes;
     return &wide->base;
@@ -131,9 +152,12 @@ static bool is_inside(const Check *check, const WideBoxes *boxes, int lane, uint
             lo = fmaf(w, node->vlo[axis][lane], lo);
             hi = fmaf(w, node->vhi[axis][lane], hi);
         }
-        for (int i = axis * CLUSTER_LANES; i < (axis + 1) * CLUSTER_LANES; i++) {
-            float x = fmaf(f, b[i] - a[i], a[i]);
-            if (isfinite(x) && !(lo <= x && x <= hi)) {
+        for (int i = 0; i < CLUSTER_LANES; i++) {
+            const float *p = a + axis * CLUSTER_LANES, *q = b + axis * CLUSTER_LANES;
+            const float *r = a + 3 * CLUSTER_LANES, *s = b + 3 * CLUSTER_LANES;
+            bool has_size = wide->set->n_rows == 3 || (isfinite(r[i]) && isfinite(s[i]));
+            float x = fmaf(f, q[i] - p[i], p[i]);
+            if (has_size && isfinite(x) && !(lo <= x && x <= hi)) {
                 return false;
             }
         }

@@ -242,7 +242,8 @@ static uint32_t build(Builder *b, Job job) {
         moving_box_join(&box, &b->refs[job.first + i].box);
     }
     BinaryNode node = {.box = box, .tick0 = job.tick0, .tick1 = job.tick1};
-    node.area = (float)moving_box_area(&box);
+    double area = moving_box_area(&box);
+    node.area = area < 1e30 ? (float)area : 1e30f; // costs stay finite, whatever the coordinates
     uint32_t tick = job.halvings < MAX_HALVINGS ? middle_tick(b, &job) : 0;
     Split split = job.n > 1 && job.depth < MAX_DEPTH ? best_split(b->refs + job.first, job.n)
                                                      : (Split){.axis = -1};

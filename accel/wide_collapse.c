@@ -6,6 +6,7 @@
 // cut in time takes one lane; each of its sides begins anew.
 #include "accel/wide.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -69,6 +70,14 @@ static void plan(const BinaryTree *tree, Forest *forests, uint32_t at) {
     }
 }
 
+// One face of a lane's box, lo + w*v. Where the numbers come near the end of float the face is as far
+// out as it can be, at rest, so that a box never becomes NaN.
+static void set_face(double at, double v, double pad, float *lo, float *vlo) {
+    bool is_usual = fabs(at) < 1e36 && fabs(v) < 1e36;
+    *lo = is_usual ? (float)(at + pad) : pad < 0 ? -FLT_MAX : FLT_MAX;
+    *vlo = is_usual ? (float)v : 0;
+}
+
 // The box of a lane in global time. The floats' rounding is covered by a padding of four units in
 // the last place of what is added.
 static void set_lane(const WideTree *wide, uint32_t index, int lane, const BinaryNode *node) {
@@ -87,10 +96,10 @@ static void set_lane(const WideTree *wide, uint32_t index, int lane, const Binar
         double vlo = (lo1 - lo0) / (w1 - w0), vhi = (hi1 - hi0) / (w1 - w0);
         double size_lo = fabs(lo0) + fabs(lo1) + 2 * w1 * fabs(vlo);
         double size_hi = fabs(hi0) + fabs(hi1) + 2 * w1 * fabs(vhi);
-        moving->vlo[a][lane] = (float)vlo;
-        moving->vhi[a][lane] = (float)vhi;
-        boxes->lo[a][lane] = (float)(lo0 - w0 * vlo - 0x1p-22 * size_lo);
-        boxes->hi[a][lane] = (float)(hi0 - w0 * vhi + 0x1p-22 * size_hi);
+        set_face(lo0 - w0 * vlo, vlo, -0x1p-22 * size_lo, &boxes->lo[a][lane],
+                 &moving->vlo[a][lane]);
+        set_face(hi0 - w0 * vhi, vhi, 0x1p-22 * size_hi, &boxes->hi[a][lane],
+                 &moving->vhi[a][lane]);
     }
 }
 

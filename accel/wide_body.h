@@ -2,9 +2,12 @@
 // Tracing a wide tree, once per instruction set: the including file defines WIDE(name).
 //
 // A node tests the boxes of its lanes at the ray's time; the nearest is entered at once, the others
-// go to the stack with their distances. Boxes were padded at build by 2^-20 of the largest
-// coordinate that a ray's origin or a vertex has here (accel/cluster.c), which covers the rounding of
-// plane * r - origin * r: |error| <= 2^-24 (|origin| + |plane|) per axis, in the ray's own length.
+// go to the stack with their distances.
+//
+// No hit of the triangle kernel is lost. The kernel subtracts the origin from each vertex, the test
+// subtracts it from each plane; rounding is monotone, so what is inside stays inside, however far the
+// origin. What both do afterwards has a relative error of a few units in the last place, for which
+// the interval is widened by 2^-20.
 #include "accel/lanes.h"
 #include "accel/wide.h"
 
@@ -25,7 +28,7 @@ typedef struct {
     Nearest *nearest;
     uint32_t key;
     float w;
-    float r[3], or [3];                     // 1 / d, o / d
+    float r[3];                             // 1 / d
     uint32_t near_offset[3], far_offset[3]; // of the nearer and farther faces' rows, from lo[0]
     uint64_t n_nodes, n_tests;
 } Trace;
@@ -43,10 +46,15 @@ SPECIALISED uint32_t test_boxes(const Trace *tr, const WideBoxes *node, bool is_
     const float *rows = &node->lo[0][0];
     Lanes w = lanes_all(tr->w), near = lanes_all(tr->ray->tn), far = lanes_all(tr->nearest->t);
     for (int a = 0; a < 3; a++) {
-        Lanes r = lanes_all(tr->r[a]), o = lanes_all(tr->or [a]);
-        near = lanes_max(lanes_fms(plane_at(rows, tr->near_offset[a], w, is_moving), r, o), near);
-        far = lanes_min(lanes_fms(plane_at(rows, tr->far_offset[a], w, is_moving), r, o), far);
+        Lanes r = lanes_all(tr->r[a]), o = lanes_all(tr->ray->o[a]);
+        Lanes in = lanes_sub(plane_at(rows, tr->near_offset[a], w, is_moving), o);
+        Lanes out = lanes_sub(plane_at(rows, tr->far_offset[a], w, is_moving), o);
+        near = lanes_max(lanes_mul(in, r), near);
+        far = lanes_min(lanes_mul(out, r), far);
     }
+    Lanes slack = lanes_all(0x1p-20f);
+    near = lanes_fnma(lanes_abs(near), slack, near);
+    far = lanes_fma(lanes_abs(far), slack, far);
     lanes_store(t, near);
     return lanes_le(near, far);
 }
@@ -127,7 +135,6 @@ SPECIALISED void trace_begin(Trace *tr, const WideTree *tree, const RayState *ra
         // A direction along a plane: so steep that the slab is either all or nothing.
         d = __builtin_fabsf(d) < 0x1p-80f ? __builtin_copysignf(0x1p-80f, d) : d;
         tr->r[a] = 1 / d;
-        tr->or [a] = ray->o[a] * tr->r[a];
         uint32_t lo = (uint32_t)a * WIDE_LANES, hi = (uint32_t)(3 + a) * WIDE_LANES;
         tr->near_offset[a] = d < 0 ? hi : lo;
         tr->far_offset[a] = d < 0 ? lo : hi;
