@@ -2,6 +2,7 @@
 # make            builds ./st4                      make test    sets up, builds, runs every test
 # make demo       sets up, builds, renders frames   make check   style and consistency, no tests
 # make deps       installs the system packages that are missing
+# make bench      structures against Embree
 # config=release|debug|asan|ubsan selects flags and the folder build/$(config).
 
 config ?= release
@@ -12,6 +13,8 @@ CXX ?= c++
 # The one list of system packages (Debian 12, Ubuntu 24.04).
 PACKAGES := gcc g++ make pkg-config libopenexr-dev libopenimageio-dev libsleef-dev libassimp-dev \
             libcmocka-dev mandoc clang-format
+# For the benchmarks alone.
+BENCH_PACKAGES := libembree-dev
 
 CFLAGS_release := -O2 -g
 CFLAGS_debug := -O0 -g
@@ -77,7 +80,7 @@ $(B)/%.o: %.cpp Makefile
 
 # Installs what is missing, and says what; does nothing where all is there.
 deps:
-	@missing=$$(for p in $(PACKAGES); do \
+	@missing=$$(for p in $(PACKAGES) $(MORE_PACKAGES); do \
 	    dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'install ok installed' || echo $$p; \
 	done); \
 	if [ -n "$$missing" ]; then \
@@ -112,6 +115,19 @@ fuzz:
 	    -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined \
 	    -o build/fuzz/parse tests/fuzz/fuzz_parse.c $(FRONT) accel/arena.c
 	build/fuzz/parse -max_total_time=$(seconds) -max_len=4096 build/fuzz/corpus
+
+# Structures against Embree on the same rays; obj=FILE takes the place of the procedural figure,
+# bench="--scene 1 --repeats 9" passes options on.
+.PHONY: bench run-bench
+bench:
+	@$(MAKE) --no-print-directory deps MORE_PACKAGES="$(BENCH_PACKAGES)"
+	@$(MAKE) --no-print-directory run-bench
+
+run-bench: $(B)/bench-accel
+	$(B)/bench-accel $(if $(obj),--obj $(obj)) $(bench)
+
+$(B)/bench-accel: $(B)/tests/bench/bench_accel.o $(B)/tests/bench/scenes.o $(LIBRARY)
+	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lembree3 $(LDLIBS)
 
 check:
 	@tests/check/all

@@ -14,12 +14,12 @@ const char *const leaf_reason_names[LEAF_REASONS] = {
 };
 
 const AccelType accel_types[] = {
+    {"bvh16", "16-wide nodes of moving boxes over clusters, split by object and in time",
+     wide_build, wide_closest, wide_occluded, wide_validate, wide_destroy},
     {"kd4-thesis", "4D kd-tree over segments of motion, as in Olsson's thesis of 2007",
      kd4_accel_build, kd4_accel_closest, kd4_accel_occluded, kd4_accel_validate, kd4_accel_destroy},
     {"kd3", "3D kd-tree over the same segments, never split in time", kd3_accel_build,
      kd4_accel_closest, kd4_accel_occluded, kd4_accel_validate, kd4_accel_destroy},
-    {"bvh16", "16-wide nodes of moving boxes over clusters, split by object and in time", wide_build,
-     wide_closest, wide_occluded, wide_validate, wide_destroy},
     {"brute", "no structure: every ray is tested against every primitive", brute_build,
      brute_closest, brute_occluded, brute_validate, brute_destroy},
     {NULL},

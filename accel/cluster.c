@@ -36,97 +36,12 @@ typedef struct {
     bool is_out_of_memory;
 } Builder;
 
-// -- moving boxes ---------------------------------------------------------------------------------
-
-MovingBox moving_box_empty(void) {
-    MovingBox box;
-    for (int a = 0; a < 3; a++) {
-        box.lo0[a] = box.lo1[a] = INFINITY;
-        box.hi0[a] = box.hi1[a] = -INFINITY;
-    }
-    return box;
-}
-
 static inline float least(float a, float b) {
     return a < b ? a : b;
 }
 
 static inline float most(float a, float b) {
     return a > b ? a : b;
-}
-
-void moving_box_join(MovingBox *box, const MovingBox *other) {
-    for (int a = 0; a < 3; a++) {
-        box->lo0[a] = least(box->lo0[a], other->lo0[a]);
-        box->hi0[a] = most(box->hi0[a], other->hi0[a]);
-        box->lo1[a] = least(box->lo1[a], other->lo1[a]);
-        box->hi1[a] = most(box->hi1[a], other->hi1[a]);
-    }
-}
-
-static double half_area(const double e[3]) {
-    return e[0] * e[1] + e[1] * e[2] + e[2] * e[0];
-}
-
-double moving_box_area(const MovingBox *box) {
-    double e0[3], e1[3], em[3];
-    for (int a = 0; a < 3; a++) {
-        e0[a] = (double)box->hi0[a] - box->lo0[a];
-        e1[a] = (double)box->hi1[a] - box->lo1[a];
-        if (!(e0[a] >= 0)) {
-            return 0;
-        }
-        em[a] = 0.5 * (e0[a] + e1[a]);
-    }
-    return (half_area(e0) + 4 * half_area(em) + half_area(e1)) / 6;
-}
-
-// -- bounds of clusters ---------------------------------------------------------------------------
-
-// The box of a cluster at a tick: of the key, or between two keys the linear mix, which bounds
-// because every vertex moves linearly there.
-static void box_at(const ClusterSet *set, uint32_t cluster, uint32_t tick, double box[6]) {
-    uint32_t n_keys = set->geometry->n_keys, key = tick / TICKS_PER_SPAN;
-    double f = (double)(tick % TICKS_PER_SPAN) / TICKS_PER_SPAN;
-    const float *a = set->boxes + ((size_t)cluster * n_keys + key) * 6;
-    const float *b = f > 0 ? a + 6 : a;
-    for (int i = 0; i < 6; i++) {
-        box[i] = a[i] + f * ((double)b[i] - a[i]);
-    }
-}
-
-// Rounds outwards, a further ulp to cover the doubles' own rounding; stays finite.
-static float round_down(double x) {
-    return most(nextafterf((float)x, -INFINITY), -FLT_MAX);
-}
-
-static float round_up(double x) {
-    return least(nextafterf((float)x, INFINITY), FLT_MAX);
-}
-
-MovingBox cluster_bound(const ClusterSet *set, uint32_t cluster, uint32_t tick0, uint32_t tick1) {
-    double b0[6], b1[6], shift[6] = {0};
-    box_at(set, cluster, tick0, b0);
-    box_at(set, cluster, tick1, b1);
-    uint32_t first = tick0 / TICKS_PER_SPAN + 1, last = (tick1 - (tick1 > 0)) / TICKS_PER_SPAN;
-    for (uint32_t key = first; key <= last; key++) {
-        const float *b = set->boxes + ((size_t)cluster * set->geometry->n_keys + key) * 6;
-        double s = (double)(key * TICKS_PER_SPAN - tick0) / (double)(tick1 - tick0);
-        for (int i = 0; i < 3; i++) {
-            double lo = b[i] - (b0[i] + s * (b1[i] - b0[i]));
-            double hi = b[i + 3] - (b0[i + 3] + s * (b1[i + 3] - b0[i + 3]));
-            shift[i] = lo < shift[i] ? lo : shift[i];
-            shift[i + 3] = hi > shift[i + 3] ? hi : shift[i + 3];
-        }
-    }
-    MovingBox box;
-    for (int i = 0; i < 3; i++) {
-        box.lo0[i] = round_down(b0[i] + shift[i]);
-        box.lo1[i] = round_down(b1[i] + shift[i]);
-        box.hi0[i] = round_up(b0[i + 3] + shift[i + 3]);
-        box.hi1[i] = round_up(b1[i + 3] + shift[i + 3]);
-    }
-    return box;
 }
 
 // -- welding --------------------------------------------------------------------------------------
@@ -307,8 +222,8 @@ typedef struct {
     float plane;     // where binned
 } Cut;
 
-// Distinct vertices of every prefix: marks[] is filled front to back, then back to front by a second
-// call on the reversed list.
+// Distinct vertices of every prefix: marks[] is filled front to back, then back to front by a
+// second call on the reversed list.
 static void sweep_axis(Builder *b, uint32_t *prims, uint32_t n, int axis, Cut *best) {
     uint32_t need_right[SWEEP_BELOW + 1];
     ProbeBox box = probe_empty();
@@ -346,7 +261,8 @@ static void sweep_axis(Builder *b, uint32_t *prims, uint32_t n, int axis, Cut *b
     }
 }
 
-// Insertion sort by centre, ties by number: n is small and the order is almost kept from the parent.
+// Insertion sort by centre, ties by number: n is small and the order is almost kept from the
+// parent.
 static void sort_by_center(const Builder *b, uint32_t *prims, uint32_t n, int axis) {
     for (uint32_t i = 1; i < n; i++) {
         uint32_t prim = prims[i], j = i;
@@ -488,8 +404,8 @@ static void cut(Builder *b, uint32_t *prims, uint32_t n) {
         if (n_left == 0 || n_left == n) {
             n_left = n / 2;
         }
-        // The smaller side by recursion, so the depth is bounded by the logarithm of n; the order of
-        // clusters does not matter to the tree.
+        // The smaller side by recursion, so the depth is bounded by the logarithm of n; the order
+        // of clusters does not matter to the tree.
         if (n_left <= n - n_left) {
             cut(b, prims, n_left);
             prims += n_left;

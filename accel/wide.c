@@ -61,8 +61,8 @@ void wide_destroy(Accel *accel) {
     free(wide);
 }
 
-// An estimate from above of what a build takes at its peak: at the worst 4 primitives a cluster, each
-// cluster in MAX_COPIES references after the cuts in time.
+// An estimate from above of what a build takes at its peak: at the worst 4 primitives a cluster,
+// each cluster in MAX_COPIES references after the cuts in time.
 static size_t most_bytes(const Geometry *g) {
     enum { MAX_COPIES = 6 };
     size_t clusters = (size_t)g->n_prims / 4 + 2;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The wide tree over clusters: 16-wide nodes whose boxes move linearly with time.
 //
-// Built as a binary tree by the surface area heuristic over clusters with moving boxes (a box's area
-// is its mean over the time interval), cut in time where re-bounding the halves gains enough, then
-// collapsed to nodes of 16 lanes by dynamic programming (Ylitie, Karras, Laine, "Efficient
-// Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, section 4.1).
-// Splits are of objects, not of space: it is a bounding volume hierarchy in space and time.
+// Built as a binary tree by the surface area heuristic over clusters with moving boxes (a box's
+// area is its mean over the time interval), cut in time where re-bounding the halves gains enough,
+// then collapsed to nodes of 16 lanes by dynamic programming (Ylitie, Karras, Laine, "Efficient
+// Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, section 4.1). Splits
+// are of objects, not of space: it is a bounding volume hierarchy in space and time.
 //
 // Time in the tree is w = key + f, the geometry's own measure, in which every vertex moves linearly
 // between whole numbers; cuts in time are at whole ticks (accel/accel.h), compared as integers.
@@ -32,8 +32,8 @@ static inline uint32_t child_index(uint32_t child) {
     return child & 0x3fffffff;
 }
 
-// Per axis lo, hi and, where anything moves, their rates per unit of w: the box at w is lo + w*vlo to
-// hi + w*vhi. Empty lanes have lo = 1e30, hi = -1e30.
+// Per axis lo, hi and, where anything moves, their rates per unit of w: the box at w is lo + w*vlo
+// to hi + w*vhi. Empty lanes have lo = 1e30, hi = -1e30.
 //
 //   moving: 6 + 6 rows of 16 floats, 16 children: 832 bytes      static: 448 bytes
 typedef struct {

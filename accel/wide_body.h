@@ -5,13 +5,14 @@
 // go to the stack with their distances.
 //
 // No hit of the triangle kernel is lost. The kernel subtracts the origin from each vertex, the test
-// subtracts it from each plane; rounding is monotone, so what is inside stays inside, however far the
-// origin. What both do afterwards has a relative error of a few units in the last place, for which
-// the interval is widened by 2^-20.
-#include "accel/lanes.h"
+// subtracts it from each plane; rounding is monotone, so what is inside stays inside, however far
+// the origin. What both do afterwards has a relative error of a few units in the last place, for
+// which the interval is widened by 2^-20.
+#include "accel/lanes_kernels.h"
 #include "accel/wide.h"
 
-// 15 entries a level; a binary tree of depth 136 (accel/wide_build.c) has at most as many wide levels.
+// 15 entries a level; a binary tree of depth 136 (accel/wide_build.c) has at most as many wide
+// levels.
 enum { STACK_SIZE = 2048 };
 
 // Flags such as is_moving are constants of each use, so every kernel exists once for each case.

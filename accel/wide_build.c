@@ -4,8 +4,8 @@
 // Every reference knows the mean area of its moving box over the interval and over its two halves,
 // each bounded anew. The gain of cutting time is what that saves over all the references of a set.
 // Time is cut when the gain is over TIME_GAIN and both sides of the best split of objects would
-// still want it, or the set is small; otherwise objects are split first and each side asks again, so
-// that a fast part is cut in time and the still part beside it is not.
+// still want it, or the set is small; otherwise objects are split first and each side asks again,
+// so that a fast part is cut in time and the still part beside it is not.
 #include "accel/wide.h"
 
 #include <math.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // From the binary tree to 16-wide nodes, with the least expected cost.
 //
-// cost[node][i] is the cost of the cheapest forest of at most i roots that holds all below the node:
-// one root is a leaf or a wide node of its own, more are shared out between the two children. A
-// cut in time takes one lane; each of its sides begins anew.
+// cost[node][i] is the cost of the cheapest forest of at most i roots that holds all below the
+// node: one root is a leaf or a wide node of its own, more are shared out between the two
+// children. A cut in time takes one lane; each of its sides begins anew.
 #include "accel/wide.h"
 
 #include <float.h>
@@ -70,8 +70,8 @@ static void plan(const BinaryTree *tree, Forest *forests, uint32_t at) {
     }
 }
 
-// One face of a lane's box, lo + w*v. Where the numbers come near the end of float the face is as far
-// out as it can be, at rest, so that a box never becomes NaN.
+// One face of a lane's box, lo + w*v. Where the numbers come near the end of float the face is as
+// far out as it can be, at rest, so that a box never becomes NaN.
 static void set_face(double at, double v, double pad, float *lo, float *vlo) {
     bool is_usual = fabs(at) < 1e36 && fabs(v) < 1e36;
     *lo = is_usual ? (float)(at + pad) : pad < 0 ? -FLT_MAX : FLT_MAX;

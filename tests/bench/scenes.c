@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scenes of the benchmark. Each is written by a formula at every key, then brought into the unit
-// frame in which the structures work.
+// The scenes of the benchmark. Each is written by a formula at every key, then brought into the
+// unit frame in which the structures work.
 #include "tests/bench/scenes.h"
 
 #include <math.h>

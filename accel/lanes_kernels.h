@@ -3,8 +3,8 @@
 // what the including file is compiled for; the plain C one is the specification of the others.
 //
 // Masks hold lane i in bit i. All of it rounds once per operation, as written.
-#ifndef ACCEL_LANES_H
-#define ACCEL_LANES_H
+#ifndef ACCEL_LANES_KERNELS_H
+#define ACCEL_LANES_KERNELS_H
 
 #include <stdint.h>
 
