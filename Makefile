@@ -133,7 +133,8 @@ check:
 	@tests/check/all
 
 format:
-	clang-format -i $(wildcard accel/*.[ch] render/*.[ch] render/*.cpp lang/*.[ch] tests/*.[ch])
+	clang-format -i $(wildcard accel/*.[ch] render/*.[ch] render/*.cpp lang/*.[ch] tests/*.[ch] \
+	    man/*.c stdlib/editors/*.c)
 
 clean:
 	rm -rf build st4

@@ -46,33 +46,26 @@ static bool shines(LightKind kind, double out[][INSTANTS], int i) {
 static bool light_shines_in(const Scene *scene, const Light *light, int64_t frame) {
     double seconds[INSTANTS], out[MOST_OUT][INSTANTS], visible[1][INSTANTS];
     find_instants(scene, frame, seconds);
+    bool is_even = !program_reads_time(light->program);
     run(light->program, seconds, NULL, out);
     if (light->visible) {
         run(light->visible, seconds, NULL, visible);
     }
     for (int i = 0; i < INSTANTS; i++) {
         // What is not finite is reported elsewhere.
-        if ((!light->visible || visible[0][i] != 0) && shines(light->kind, out, i)) {
+        if ((!light->visible || visible[0][i] != 0) && (is_even || shines(light->kind, out, i))) {
             return true;
         }
     }
     return false;
 }
 
-static bool is_never_by_constant(const Program *visible) {
-    double in[IN_COUNT] = {0}, out = 1;
-    if (visible && program_is_constant(visible)) {
-        program_run1(visible, in, &out);
-    }
-    return out == 0;
-}
-
 static void survey_light(const Scene *scene, const RenderOptions *options, const Light *light,
                          const Reporter *reporter) {
     static const char *const names[] = {"sun", "lamp", "sky"};
     bool is_still = !program_reads_time(light->program) && !program_reads_time(light->visible);
-    bool is_seen = is_never_by_constant(light->visible);
-    for (uint32_t f = 0; f < (is_still ? 1 : options->n_frames) && !is_seen; f++) {
+    bool is_seen = is_still;
+    for (uint32_t f = 0; f < options->n_frames && !is_seen; f++) {
         is_seen = light_shines_in(scene, light, options->frames[f]);
     }
     if (!is_seen) {

@@ -6,8 +6,9 @@
 
 #include "render/render.h"
 
-// Warns of lights that are off all the time ("light-never-visible") and of scenes whose shapes are
-// all invisible all the time ("empty"); what is never visible by a constant is the loader's to say.
+// Warns of lights that come and go but are off all the time ("light-never-visible") and of scenes
+// whose shapes are all invisible all the time ("empty"). A light that is dark by a constant, as a
+// black sky, is meant to be; one that is invisible by a constant is the loader's to say.
 void survey_scene(const Scene *scene, const RenderOptions *options, const Reporter *reporter);
 
 #endif

@@ -147,6 +147,24 @@ test_editors_know_the_words() {
 }
 
 test_scene_from_standard_input() {
-    echo 'sphere { translate <4*t, 0, 0> }' | "$ST4" - -s 1 --size 16x16 -o ball.exr -q || fail "$?"
+    local scene='let place = <4*t, 0, 0>  sphere { radius = 0.5  translate place }' args
+    echo "$scene" | "$ST4" - -s 1 --size 16x16 -o ball.exr -q || fail "$?"
     [ -s ball.exr ] || fail 'no ball.exr'
+    while read -r args; do
+        # shellcheck disable=SC2086
+        echo "$scene" | "$ST4" $args >log 2>&1 || fail "st4 $args: $(cat log)"
+    done <<'END'
+render - -s 1 --size 16x16 -o ball.exr
+check -
+info -
+eval - place
+mesh - -o ball.ply
+fmt -
+fmt -w -
+fmt --check -
+depends -
+END
+    [ -s ball.ply ] || fail 'no ball.ply'
+    echo 'sphere { raduis = 1 }' | "$ST4" check - --color never 2>log && fail 'no error'
+    has "$(cat log)" '-:1:10: error: sphere has no property'
 }

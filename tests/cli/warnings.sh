@@ -45,7 +45,7 @@ END
     raises zero-shutter 'no time' <<<'shutter { angle = 0deg }  sphere {}'
     raises light-never-visible 'lamp' <<<'sun {}  lamp { power = t > 1s ? 100 : 0 }  sphere {}'
     raises light-never-visible 'sun' <<<'lamp {}  sun { visible = false }  sphere {}'
-    raises light-never-visible 'sky' <<<'lamp {}  sky { color = <0, 0, 0> }  sphere {}'
+    raises light-never-visible 'sky' <<<'lamp {}  sky { color = x*step(1, t) }  sphere {}'
     raises unused-let "'loose'" <<<'let loose = 1  sphere {}'
     printf 'v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n' >flat.obj
     raises degenerate '1 of the 2 triangles' <<<'mesh { file = "flat.obj" }'
@@ -65,6 +65,8 @@ test_flashes_are_lights() {
     echo 'film { frames = 1..48 }  lamp { visible = t > 1.9605s and t < 1.9615s }  sphere {}' >flash.st4
     expect 0 "$ST4" check flash.st4
     lacks "$err" light-never-visible
+    echo 'lamp { visible = t < 1s }  sky { color = <0, 0, 0> }  sphere {}' >dark.st4
+    expect 0 "$ST4" check dark.st4 -Werror
     expect 0 "$ST4" check flash.st4 -f 1-40
     has "$err" light-never-visible
 }
