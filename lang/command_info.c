@@ -26,7 +26,8 @@ static Counts count(const Scene *scene) {
         counts.n_vertices += shape->mesh ? shape->mesh->n_vertices : 0;
         counts.n_spheres += shape->kind == SHAPE_SPHERE ? shape->n_instances : 0;
         counts.n_planes += shape->kind == SHAPE_PLANE ? shape->n_instances : 0;
-        counts.n_deforming += reads_time(shape->vertex) || reads_time(shape->geometry);
+        counts.n_deforming +=
+            shape->track || reads_time(shape->vertex) || reads_time(shape->geometry);
         counts.n_moving += reads_time(shape->transform);
         counts.n_breaks += shape->breaks != NULL;
     }

@@ -48,6 +48,10 @@ Ref dag_substitute(Dag *dag, Ref ref, Input input, Ref with);
 // The same for several inputs at once (simultaneously).
 Ref dag_substitute_all(Dag *dag, Ref ref, const Input *inputs, const Ref *with, uint32_t n);
 
+// One expression that is refs[i] where index is i, for i < n: constants become tables. REF_NONE:
+// the expressions are not alike enough.
+Ref dag_zip(Dag *dag, const Ref *refs, uint32_t n, Ref index);
+
 // Scalars of t alone (and of loop variables) whose floor changes where any of the roots may jump or
 // bend: operands of floor and mod; comparisons, signs and searches themselves, so that a scalar
 // changes at no other instants. Poles count as jumps. Each once. Writes at most max, returns the

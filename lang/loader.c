@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files: found, read once, hashed. Includes and parameters.
-#include "lang/loader.h"
+#include "lang/loader_parts.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -210,11 +210,23 @@ static bool lies_in(const char *real, const char *real_folder) {
     return strcmp(real_folder, "/") == 0 || (strncmp(real, real_folder, n) == 0 && real[n] == '/');
 }
 
+const char *loader_folder(Eval *ev, const Env *env, const Value *name, size_t i) {
+    const LoadOptions *options = ev->loader->options;
+    if (name->n == STRING_FROM_COMMAND_LINE) {
+        return i == 0 ? "." : NULL;
+    }
+    if (i == 0) {
+        return folder_of(ev->arena, env->module->syntax->file->path);
+    }
+    return i <= options->n_include_dirs       ? options->include_dirs[i - 1]
+           : i == options->n_include_dirs + 1 ? ev->loader->library
+                                              : NULL;
+}
+
 // The path of a file that a script names; *real gets it with links resolved. NULL: reported.
 static const char *find_file(Eval *ev, const Env *env, NodeId node, const Value *name,
                              const char **real) {
-    const LoadOptions *options = ev->loader->options;
-    const char *text = symbol_text(ev->symbols, name->symbol);
+    const char *text = symbol_text(ev->symbols, name->symbol), *folder;
     Span where = syntax_span(env->module->syntax, node);
     if (name->n == STRING_FROM_COMMAND_LINE) {
         *real = real_path(ev->arena, text);
@@ -225,11 +237,7 @@ static const char *find_file(Eval *ev, const Env *env, NodeId node, const Value 
         return *real ? text : NULL;
     }
     bool is_outside = false;
-    size_t n_folders = 1 + options->n_include_dirs + (ev->loader->library != NULL);
-    for (size_t i = 0; i < n_folders; i++) {
-        const char *folder = i == 0 ? folder_of(ev->arena, env->module->syntax->file->path)
-                             : i <= options->n_include_dirs ? options->include_dirs[i - 1]
-                                                            : ev->loader->library;
+    for (size_t i = 0; (folder = loader_folder(ev, env, name, i)); i++) {
         const char *path = join(ev->arena, folder, text);
         const char *real_folder = real_path(ev->arena, folder);
         *real = *text && real_folder ? real_path(ev->arena, path) : NULL;
@@ -425,6 +433,34 @@ void loader_check_defines(Eval *ev) {
 }
 
 // ---- Meshes and defaults
+
+const char *loader_file(Eval *ev, const Env *env, NodeId node, const Value *name) {
+    const char *real, *path = find_file(ev, env, node, name, &real);
+    if (path) {
+        add_file(ev->loader, path);
+    }
+    return path;
+}
+
+const char *loader_text(Eval *ev, const Env *env, NodeId node, const Value *name, size_t *size) {
+    const char *path = loader_file(ev, env, node, name);
+    char *text = path ? loader_read(ev->arena, path, size) : NULL, *copy;
+    if (!text) {
+        if (path) {
+            eval_error(ev, env, node, NULL, "cannot read '%s': %s", path, strerror(errno));
+            ev->has_failed_file = true;
+        }
+        return NULL;
+    }
+    loader_hash_add(ev, text, *size);
+    copy = ARENA_ARRAY(ev->arena, *size + 1, char);
+    memcpy(copy, text, *size);
+    return copy;
+}
+
+void loader_hash_add(Eval *ev, const void *bytes, size_t n) {
+    hash_add(&ev->loader->hash, bytes, n);
+}
 
 const Mesh *loader_mesh(Eval *ev, const Given *file) {
     Loader *loader = ev->loader;

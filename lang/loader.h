@@ -40,6 +40,19 @@ void loader_visit(Eval *ev, const Module *script, LoaderVisit *visit, void *cont
 // The mesh of a file; the same file is read once. NULL: reported. file: the property.
 const Mesh *loader_mesh(Eval *ev, const Given *file);
 
+// The path of a file that the script names by a string; NULL: reported. It counts as read.
+const char *loader_file(Eval *ev, const Env *env, NodeId node, const Value *name);
+
+// The files of a pattern with one %d ("walk.%04d.ply"), in order of their numbers, of which none is
+// missing: as strings for loader_file, from the arena. NULL: reported.
+const Value *loader_sequence(Eval *ev, const Given *pattern, uint32_t *n);
+
+// The whole of a text file, ended by a NUL; NULL: reported.
+const char *loader_text(Eval *ev, const Env *env, NodeId node, const Value *name, size_t *size);
+
+// More that the scene was made from.
+void loader_hash_add(Eval *ev, const void *bytes, size_t n);
+
 // Parses an expression that stands in no file: origin names it in reports ("-D n").
 NodeId loader_parse_expr(Eval *ev, const char *origin, const char *text, Module **module);
 

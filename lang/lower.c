@@ -216,6 +216,39 @@ const Program *lower_visible(Eval *ev, const Place *place) {
     return is_always ? NULL : lower_program(ev, &place->visible, 1);
 }
 
+// ---- Sampled data
+
+void lower_note_data(Eval *ev, const Given *given, double first, double last) {
+    Lowering *l = ev->lowering;
+    Span where = syntax_span(given->env.module->syntax, given->node);
+    for (size_t i = 0; i < l->n_data; i++) {
+        if (l->data[i].where.lo == where.lo) {
+            return;
+        }
+    }
+    l->data = arena_grow(l->scratch, l->data, l->n_data, &l->data_capacity, sizeof *l->data);
+    l->data[l->n_data++] = (SampledData){where, property_infos[given->id].name, first, last};
+}
+
+// Up to a frame period is let pass: a shutter that opens before the first frame begins, a last
+// sample that stands where the last frame begins.
+static void check_data(Eval *ev) {
+    const Lowering *l = ev->lowering;
+    const FilmSettings *film = &l->scene->film;
+    const ShutterSettings *shutter = &l->scene->shutter;
+    double first = ((double)(film->first_frame - 1) + shutter->open) / film->fps;
+    double last = ((double)(film->last_frame - 1) + shutter->open + shutter->length) / film->fps;
+    for (size_t i = 0; i < l->n_data; i++) {
+        const SampledData *data = &l->data[i];
+        if (first < data->first - 1 / film->fps || last > data->last + 1 / film->fps) {
+            diag_warn(ev->diag, WARN_READ_OUTSIDE, data->where,
+                      "before its first and after its last sample it holds still",
+                      "%s covers %.6gs to %.6gs, the film reads %.6gs to %.6gs", data->what,
+                      data->first, data->last, first, last);
+        }
+    }
+}
+
 // ---- The door
 
 // Cameras and lights stand alone: a loop around them is walked value by value.
@@ -325,6 +358,7 @@ Scene *lowering_finish(Eval *ev, const Hash128 *sources) {
     Scene *scene = l->scene;
     add_defaults(ev);
     apply_overrides(l);
+    check_data(ev);
     keep_used_materials(l);
     if (l->n_shapes == 0) {
         diag_warn(ev->diag, WARN_EMPTY, (Span){0, 0}, "sphere { } is one",

@@ -33,6 +33,36 @@ typedef struct {
     const Mesh *mesh; // NULL: the slot is free
 } CachedSurface;
 
+// A mesh of lang/lower_solid.c, by what it was made from.
+typedef struct {
+    ObjectKind kind;
+    uint32_t steps;
+    double a, b; // its radii
+    const Mesh *mesh;
+} SharedSolid;
+
+enum { LOWERING_SOLIDS = 64, LOWERING_MESHES = 64, MESH_KEY_VALUES = 11 }; // the latest are shared
+
+// A mesh of lang/lower_mesh.c, by what the script says of it.
+typedef struct {
+    uint64_t value[MESH_KEY_VALUES];
+    const Module *module[MESH_KEY_VALUES]; // where a file's name counts from
+} MeshKey;
+
+typedef struct {
+    MeshKey key;
+    const Mesh *mesh;
+    const VertexTrack *track;
+    Ref track_key;
+} MadeMesh;
+
+// Sampled data that stands over a part of time.
+typedef struct {
+    Span where;
+    const char *what;
+    double first, last; // seconds
+} SampledData;
+
 struct Lowering {
     Arena *arena, *scratch;
     Scene *scene;
@@ -51,6 +81,11 @@ struct Lowering {
     const Mesh *unit_box, *unit_quad; // shared by all boxes and quads
     CachedSurface *surfaces;          // a power of two of slots
     size_t n_surfaces, n_surface_slots;
+    SharedSolid solids[LOWERING_SOLIDS];
+    uint32_t next_solid, next_made;
+    MadeMesh made[LOWERING_MESHES];
+    SampledData *data;
+    size_t n_data, data_capacity;
     Hash128 mesh_hash;
 };
 
@@ -71,6 +106,9 @@ const Program *lower_breaks(Eval *ev, const Ref *refs, uint32_t n);
 const Program *lower_visible(Eval *ev, const Place *place);
 
 uint32_t lower_material(Eval *ev, const MaterialValue *material, SourceRef where);
+
+// Data that covers these seconds: a warning where the film reads outside of them.
+void lower_note_data(Eval *ev, const Given *given, double first, double last);
 
 // The values of the batched loops around, instance by instance.
 void lower_loops(Eval *ev, Shape *shape);

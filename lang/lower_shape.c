@@ -1,36 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shapes: what each kind becomes, and what all of them have.
-#include "lang/lower_parts.h"
+#include "lang/lower_form.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "lang/loader.h"
-
-// What a shape is before its place and looks are added.
-typedef struct {
-    ShapeKind kind;
-    const Mesh *mesh;
-    Ref vertex[3]; // REF_NONE: nothing moves them
-    Ref geometry[4];
-    uint32_t n_geometry;
-    bool is_scaled; // the mesh is of unit size: scale makes the shape's own size of it
-    Ref3 scale;
-    bool faceted;
-} Form;
-
 // ---- Boxes and quads
 
-static Mesh *new_mesh(Eval *ev, uint32_t n_vertices, uint32_t n_triangles) {
+Mesh *lower_mesh_new(Eval *ev, uint32_t n_vertices, uint32_t n_triangles, bool has_normals) {
     Arena *arena = lower_arena(ev);
     Mesh *mesh = ARENA_NEW(arena, Mesh);
-    mesh->n_vertices = n_vertices;
-    mesh->n_triangles = n_triangles;
     mesh->position = ARENA_ARRAY(arena, (size_t)n_vertices * 3, double);
     mesh->uv = ARENA_ARRAY(arena, (size_t)n_vertices * 2, float);
     mesh->index = ARENA_ARRAY(arena, (size_t)n_triangles * 3, uint32_t);
-    mesh->faceted = true;
+    mesh->normal = has_normals ? ARENA_ARRAY(arena, (size_t)n_vertices * 3, float) : NULL;
+    mesh->faceted = !has_normals;
     return mesh;
+}
+
+uint32_t lower_mesh_vertex(Mesh *mesh, const double p[3], const double normal[3], double u,
+                           double v) {
+    size_t i = mesh->n_vertices++;
+    memcpy(mesh->position + 3 * i, p, 3 * sizeof *p);
+    mesh->uv[2 * i] = (float)u;
+    mesh->uv[2 * i + 1] = (float)v;
+    for (size_t c = 0; normal && c < 3; c++) {
+        mesh->normal[3 * i + c] = (float)normal[c];
+    }
+    return (uint32_t)i;
+}
+
+void lower_mesh_triangle(Mesh *mesh, uint32_t a, uint32_t b, uint32_t c) {
+    uint32_t *index = mesh->index + 3 * (size_t)mesh->n_triangles++;
+    index[0] = a;
+    index[1] = b;
+    index[2] = c;
 }
 
 // One side of a box: its middle along `axis`, u and v along the two axes that follow it, so that u
@@ -39,22 +43,18 @@ static void add_side(Mesh *mesh, uint32_t side, const double size[3]) {
     int axis = (int)side / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
     double sign = side % 2 ? -1 : 1;
     for (uint32_t k = 0; k < 4; k++) {
-        double x = k == 1 || k == 2 ? 0.5 : -0.5, y = k >= 2 ? 0.5 : -0.5;
-        double *p = mesh->position + 3 * (size_t)(4 * side + k);
+        double x = k == 1 || k == 2 ? 0.5 : -0.5, y = k >= 2 ? 0.5 : -0.5, p[3];
         p[axis] = sign * 0.5 * size[axis];
         p[u] = sign * x * size[u];
         p[v] = y * size[v];
-        mesh->uv[2 * (size_t)(4 * side + k)] = (float)(x + 0.5);
-        mesh->uv[2 * (size_t)(4 * side + k) + 1] = (float)(y + 0.5);
+        lower_mesh_vertex(mesh, p, NULL, x + 0.5, y + 0.5);
     }
-    static const uint32_t corners[6] = {0, 1, 2, 0, 2, 3};
-    for (int k = 0; k < 6; k++) {
-        mesh->index[6 * (size_t)side + k] = 4 * side + corners[k];
-    }
+    lower_mesh_triangle(mesh, 4 * side, 4 * side + 1, 4 * side + 2);
+    lower_mesh_triangle(mesh, 4 * side, 4 * side + 2, 4 * side + 3);
 }
 
 static const Mesh *make_box(Eval *ev, const double size[3]) {
-    Mesh *mesh = new_mesh(ev, 24, 12);
+    Mesh *mesh = lower_mesh_new(ev, 24, 12, false);
     for (uint32_t side = 0; side < 6; side++) {
         add_side(mesh, side, size);
     }
@@ -62,16 +62,14 @@ static const Mesh *make_box(Eval *ev, const double size[3]) {
 }
 
 static const Mesh *make_quad(Eval *ev, const double size[3]) {
-    Mesh *mesh = new_mesh(ev, 4, 2);
+    Mesh *mesh = lower_mesh_new(ev, 4, 2, false);
     static const double corner[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}};
-    static const uint32_t index[6] = {0, 1, 2, 0, 2, 3};
     for (int k = 0; k < 4; k++) {
-        for (int c = 0; c < 2; c++) {
-            mesh->position[3 * k + c] = corner[k][c] * size[c];
-            mesh->uv[2 * k + c] = (float)(corner[k][c] + 0.5);
-        }
+        const double p[3] = {corner[k][0] * size[0], corner[k][1] * size[1], 0};
+        lower_mesh_vertex(mesh, p, NULL, corner[k][0] + 0.5, corner[k][1] + 0.5);
     }
-    memcpy(mesh->index, index, sizeof index);
+    lower_mesh_triangle(mesh, 0, 1, 2);
+    lower_mesh_triangle(mesh, 0, 2, 3);
     return mesh;
 }
 
@@ -106,79 +104,9 @@ static bool sized_form(Eval *ev, const Object *object, PropertyId id, Form *form
     }
     Ref one = dag_const(ev->dag, 1);
     form->mesh = *shared;
-    form->scale = ref3(value.ref[0], value.ref[1], is_box ? value.ref[2] : one);
-    form->is_scaled = form->scale.x != one || form->scale.y != one || form->scale.z != one;
-    return true;
-}
-
-// ---- Meshes from files
-
-static void bounds(const Mesh *mesh, double lo[3], double hi[3]) {
-    for (int k = 0; k < 3; k++) {
-        lo[k] = INFINITY;
-        hi[k] = -INFINITY;
-    }
-    for (size_t i = 0; i < 3 * (size_t)mesh->n_vertices; i++) {
-        if (isfinite(mesh->position[i])) {
-            lo[i % 3] = fmin(lo[i % 3], mesh->position[i]);
-            hi[i % 3] = fmax(hi[i % 3], mesh->position[i]);
-        }
-    }
-}
-
-// fit: so tall, the middle of its box in the origin. ground: standing on y = 0.
-static const Mesh *fitted(Eval *ev, const Object *object, const Mesh *mesh) {
-    const Given *fit = object_given(object, PROPERTY_MESH_FIT);
-    Value ground = object_value(ev, object, PROPERTY_MESH_GROUND);
-    double height = 0, stands = 0, lo[3], hi[3], scale = 1, shift[3] = {0, 0, 0};
-    bool is_fitted = fit && fit->value.n == 1 && dag_is_const(ev->dag, fit->value.ref[0], &height);
-    bool is_grounded =
-        ground.n == 1 && dag_is_const(ev->dag, ground.ref[0], &stands) && stands != 0;
-    bounds(mesh, lo, hi);
-    if ((!is_fitted && !is_grounded) || !(lo[0] <= hi[0])) {
-        return mesh;
-    }
-    if (is_fitted) {
-        if (hi[1] == lo[1]) {
-            eval_error_at(ev, fit->name, "write scale", "this mesh has no height to fit");
-            return NULL;
-        }
-        scale = height / (hi[1] - lo[1]);
-        for (int k = 0; k < 3; k++) {
-            shift[k] = -0.5 * (lo[k] + hi[k]) * scale;
-        }
-    }
-    if (is_grounded) {
-        shift[1] = -lo[1] * scale;
-    }
-    Mesh *copy = ARENA_NEW(lower_arena(ev), Mesh);
-    *copy = *mesh;
-    copy->position = ARENA_ARRAY(lower_arena(ev), 3 * (size_t)mesh->n_vertices, double);
-    for (size_t i = 0; i < 3 * (size_t)mesh->n_vertices; i++) {
-        copy->position[i] = mesh->position[i] * scale + shift[i % 3];
-    }
-    return copy;
-}
-
-static bool mesh_form(Eval *ev, const Object *object, Form *form) {
-    const Given *file = object_given(object, PROPERTY_MESH_FILE);
-    if (!file) {
-        eval_error_at(ev, object->where, "write file = \"bunny.obj\"", "mesh needs 'file'");
-        return false;
-    }
-    const Mesh *mesh = value_is(&file->value, VALUE_STRING) ? loader_mesh(ev, file) : NULL;
-    form->mesh = mesh ? fitted(ev, object, mesh) : NULL;
-    if (!form->mesh) {
-        return false;
-    }
-    form->faceted = mesh->faceted;
-    if (object_given(object, PROPERTY_MESH_DEFORM)) {
-        Ref refs[3] = {dag_input(ev->dag, IN_PX), dag_input(ev->dag, IN_PY),
-                       dag_input(ev->dag, IN_PZ)};
-        Value rest = value_vec(VALUE_VEC, refs, 3);
-        return lower_deform(ev, object, PROPERTY_MESH_DEFORM, &rest, VALUE_NUMBER, VALUE_NUMBER,
-                            form->vertex);
-    }
+    Ref3 scale = ref3(value.ref[0], value.ref[1], is_box ? value.ref[2] : one);
+    form->own = spatial_map_scale(ev->dag, scale);
+    form->is_mapped = scale.x != one || scale.y != one || scale.z != one;
     return true;
 }
 
@@ -218,8 +146,11 @@ static bool plane_form(Eval *ev, const Object *object, Form *form) {
     return true;
 }
 
-static bool make_form(Eval *ev, const Object *object, Form *form) {
-    *form = (Form){.kind = SHAPE_MESH, .vertex = {REF_NONE, REF_NONE, REF_NONE}};
+static bool make_form(Eval *ev, const Object *object, const Place *place, Form *form) {
+    *form = (Form){.kind = SHAPE_MESH,
+                   .vertex = {REF_NONE, REF_NONE, REF_NONE},
+                   .rest = {REF_NONE, REF_NONE, REF_NONE},
+                   .color = {REF_NONE, REF_NONE, REF_NONE}};
     switch (object->kind) {
     case OBJECT_SPHERE:
         return sphere_form(ev, object, form);
@@ -232,8 +163,10 @@ static bool make_form(Eval *ev, const Object *object, Form *form) {
     case OBJECT_SURFACE:
         form->mesh = lower_surface(ev, object, form->vertex);
         return form->mesh != NULL;
+    case OBJECT_MESH:
+        return lower_mesh_form(ev, object, form);
     default:
-        return mesh_form(ev, object, form);
+        return lower_solid_form(ev, object, place, form);
     }
 }
 
@@ -248,22 +181,44 @@ static double inherited(Eval *ev, const Given *given, PropertyId id) {
     return x;
 }
 
-// p in a material is the rest position in the shape's own block: where the mesh is of unit size,
-// that is p times the size at t = 0.
-static const MaterialValue *at_own_size(Eval *ev, const MaterialValue *material, const Form *form) {
-    static const Input inputs[3] = {IN_PX, IN_PY, IN_PZ};
-    const Ref scale[3] = {form->scale.x, form->scale.y, form->scale.z};
-    Ref with[3], start = dag_const(ev->dag, 0);
-    for (int k = 0; k < 3; k++) {
-        Ref rest = dag_substitute(ev->dag, scale[k], IN_T, start);
-        rest = dag_substitute(ev->dag, rest, IN_FILM_T, start);
-        with[k] = dag_op(ev->dag, OP_MUL, dag_input(ev->dag, inputs[k]), rest, REF_NONE);
+// As it is at t = 0.
+static Ref at_start(Eval *ev, Ref ref) {
+    Ref start = dag_const(ev->dag, 0);
+    return dag_substitute(ev->dag, dag_substitute(ev->dag, ref, IN_T, start), IN_FILM_T, start);
+}
+
+// p and n in a material are the rest position and normal in the shape's own block: where the mesh
+// has a map of its own, that is where this puts them at t = 0.
+static MaterialValue *at_own_size(Eval *ev, const MaterialValue *material, const Form *form) {
+    static const Input inputs[6] = {IN_PX, IN_PY, IN_PZ, IN_NX, IN_NY, IN_NZ};
+    Ref in[6], rest[3];
+    RefMap own;
+    for (int k = 0; k < 6; k++) {
+        in[k] = dag_input(ev->dag, inputs[k]);
     }
+    for (int k = 0; k < 12; k++) {
+        own.m[k / 4][k % 4] = at_start(ev, form->own.m[k / 4][k % 4]);
+    }
+    for (int k = 0; k < 3; k++) {
+        rest[k] = form->rest[k] == REF_NONE ? in[k] : at_start(ev, form->rest[k]);
+    }
+    Ref3 p = spatial_map_point(ev->dag, &own, ref3(rest[0], rest[1], rest[2]));
+    Ref3 n =
+        spatial_normalize(ev->dag, spatial_map_normal(ev->dag, &own, ref3(in[3], in[4], in[5])));
+    const Ref with[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
+    MaterialValue *mapped = ARENA_NEW(ev->arena, MaterialValue);
+    *mapped = *material;
+    for (uint32_t i = 0; i < mapped->n; i++) {
+        mapped->ref[i] = dag_substitute_all(ev->dag, mapped->ref[i], inputs, with, 6);
+    }
+    return mapped;
+}
+
+// The material with the points' own colors in place of its own.
+static MaterialValue *colored(Eval *ev, const MaterialValue *material, const Ref color[3]) {
     MaterialValue *own = ARENA_NEW(ev->arena, MaterialValue);
     *own = *material;
-    for (uint32_t i = 0; i < own->n; i++) {
-        own->ref[i] = dag_substitute_all(ev->dag, own->ref[i], inputs, with, 3);
-    }
+    memcpy(own->ref, color, 3 * sizeof *color);
     return own;
 }
 
@@ -274,26 +229,30 @@ static uint32_t shape_material(Eval *ev, const Object *object, const Place *plac
     if (!value_is(&value, VALUE_MATERIAL)) { // an error was reported
         value = eval_default(ev, PROPERTY_OBJECT_MATERIAL);
     }
-    const MaterialValue *material =
-        form->is_scaled ? at_own_size(ev, value.material, form) : value.material;
+    const MaterialValue *material = value.material;
+    if (form->is_mapped) {
+        material = at_own_size(ev, material, form);
+    }
+    if (form->color[0] != REF_NONE) {
+        material = colored(ev, material, form->color);
+    }
     Span where = place->material ? place->material->where : object->where;
     return lower_material(ev, material, scene_source_ref(where));
 }
 
-// The map to the world, the form's own scale first. False: it stays where it is.
+// The map to the world, the form's own first. False: it stays where it is.
 static bool shape_map(Eval *ev, const Place *place, const Form *form, RefMap *map) {
-    if (!form->is_scaled) {
+    if (!form->is_mapped) {
         *map = place->map;
         return !place->is_identity;
     }
-    RefMap scale = spatial_map_scale(ev->dag, form->scale);
-    *map = place->is_identity ? scale : spatial_map_compose(ev->dag, &place->map, &scale);
+    *map = place->is_identity ? form->own : spatial_map_compose(ev->dag, &place->map, &form->own);
     return true;
 }
 
 // Everything that moves the shape, for its breaks.
 static const Program *shape_breaks(Eval *ev, const Form *form, const RefMap *map) {
-    Ref refs[12 + 4 + 3];
+    Ref refs[12 + 4 + 3 + 1];
     uint32_t n = 0;
     if (map) {
         memcpy(refs, map->m, sizeof map->m);
@@ -305,34 +264,51 @@ static const Program *shape_breaks(Eval *ev, const Form *form, const RefMap *map
         memcpy(refs + n, form->vertex, sizeof form->vertex);
         n += 3;
     }
+    if (form->track) {
+        refs[n++] = form->track_key;
+    }
     return lower_breaks(ev, refs, n);
+}
+
+// The edges of solids are what they are; elsewhere `smooth` says which are sharp.
+static double shape_smooth(Eval *ev, const Place *place, const Form *form) {
+    return form->faceted
+               ? -1
+               : inherited(ev, form->is_solid ? NULL : place->smooth, PROPERTY_INHERITED_SMOOTH);
+}
+
+static void emit_shape(Eval *ev, const Object *object, const Place *place, const char *label,
+                       const Form *form) {
+    RefMap map;
+    bool is_moved = shape_map(ev, place, form, &map);
+    Shape *shape = lower_new_shape(ev);
+    shape->kind = form->kind;
+    shape->where = scene_source_ref(object->where);
+    shape->label = arena_string(lower_arena(ev), label, strlen(label));
+    shape->mesh = form->mesh;
+    shape->track = form->track;
+    shape->vertex = form->vertex[0] == REF_NONE ? NULL : lower_program(ev, form->vertex, 3);
+    shape->geometry = form->n_geometry ? lower_program(ev, form->geometry, form->n_geometry) : NULL;
+    shape->transform = is_moved ? lower_program(ev, &map.m[0][0], 12) : NULL;
+    shape->visible = lower_visible(ev, place);
+    shape->breaks = shape_breaks(ev, form, is_moved ? &map : NULL);
+    shape->tolerance = inherited(ev, place->tolerance, PROPERTY_INHERITED_TOLERANCE);
+    shape->smooth = shape_smooth(ev, place, form);
+    shape->samples = (uint32_t)inherited(ev, place->samples, PROPERTY_INHERITED_SAMPLES);
+    shape->bake = inherited(ev, place->bake, PROPERTY_OBJECT_BAKE) != 0;
+    shape->material = shape_material(ev, object, place, form);
+    lower_loops(ev, shape);
 }
 
 void lower_shape(Eval *ev, const Object *object, const Place *place, const char *label) {
     Form form;
-    RefMap map;
     double x;
     if (dag_is_const(ev->dag, place->visible, &x) && x == 0) {
         return; // it is never there
     }
-    if (!make_form(ev, object, &form)) {
-        return;
+    if (object->kind == OBJECT_POINTS) {
+        lower_points(ev, object, place, label, emit_shape);
+    } else if (make_form(ev, object, place, &form)) {
+        emit_shape(ev, object, place, label, &form);
     }
-    bool is_moved = shape_map(ev, place, &form, &map);
-    Shape *shape = lower_new_shape(ev);
-    shape->kind = form.kind;
-    shape->where = scene_source_ref(object->where);
-    shape->label = arena_string(lower_arena(ev), label, strlen(label));
-    shape->mesh = form.mesh;
-    shape->vertex = form.vertex[0] == REF_NONE ? NULL : lower_program(ev, form.vertex, 3);
-    shape->geometry = form.n_geometry ? lower_program(ev, form.geometry, form.n_geometry) : NULL;
-    shape->transform = is_moved ? lower_program(ev, &map.m[0][0], 12) : NULL;
-    shape->visible = lower_visible(ev, place);
-    shape->breaks = shape_breaks(ev, &form, is_moved ? &map : NULL);
-    shape->tolerance = inherited(ev, place->tolerance, PROPERTY_INHERITED_TOLERANCE);
-    shape->smooth = form.faceted ? -1 : inherited(ev, place->smooth, PROPERTY_INHERITED_SMOOTH);
-    shape->samples = (uint32_t)inherited(ev, place->samples, PROPERTY_INHERITED_SAMPLES);
-    shape->bake = inherited(ev, place->bake, PROPERTY_OBJECT_BAKE) != 0;
-    shape->material = shape_material(ev, object, place, &form);
-    lower_loops(ev, shape);
 }

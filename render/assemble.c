@@ -114,12 +114,16 @@ static Mover mover_of(Work *w, MoverPart part, uint32_t width) {
     return mover;
 }
 
+static bool deforms(const Shape *shape) {
+    return shape->vertex || shape->track;
+}
+
 static Form *mesh_form(Work *w, const Shape *shape, uint32_t first, uint32_t n) {
     Form *form = add_form(w);
     form->kind = GEOMETRY_TRIANGLES;
     form->n_prims = shape->mesh->n_triangles;
     form->index = shape->mesh->index;
-    form->smoothing = smoothing_new(w->arena, shape->mesh, shape->smooth, shape->vertex != NULL);
+    form->smoothing = smoothing_new(w->arena, shape->mesh, shape->smooth, deforms(shape));
     form->sampler.all = mover_of(w, mover_mesh(w->arena, shape, first), 3);
     Bounds rest = rest_bounds(shape->mesh);
     form->sampler.frame = frame_from_box(rest.lo, rest.hi);
@@ -239,7 +243,7 @@ static Form *instance_form(Work *w, const Shape *shape, uint32_t instance, uint3
     if (shape->kind == SHAPE_SPHERE) {
         return sphere_form(w, shape, sphere_part(shape, instance), instance, n, false);
     }
-    return shape->vertex ? mesh_form(w, shape, instance, n) : still_form(w, shape);
+    return deforms(shape) ? mesh_form(w, shape, instance, n) : still_form(w, shape);
 }
 
 static void add_shape(Work *w, const Shape *shape, uint32_t object) {

@@ -3,14 +3,13 @@
 #include "render/mesh.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
+#include "render/infile.h"
 #include "render/mesh_build.h"
 #include "render/mesh_child.h"
 #include "render/outfile.h"
@@ -18,49 +17,6 @@
 typedef MeshStatus Reader(Arena *arena, MeshText *text, Mesh *mesh);
 
 static const MeshChildLimits child_limits = {.memory = (size_t)4 << 30, .seconds = 60, .wait = 120};
-
-static MeshStatus fail(char *message, size_t n, const char *why) {
-    snprintf(message, n, "%s", why);
-    return MESH_NO_FILE;
-}
-
-// O_NONBLOCK: a pipe that nobody writes to must not hold the program.
-static int open_file(const char *path, size_t *size, char *message, size_t n) {
-    struct stat s;
-    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (fd < 0 || fstat(fd, &s) != 0) {
-        snprintf(message, n, "cannot read: %s", strerror(errno));
-    } else if (!S_ISREG(s.st_mode)) {
-        fail(message, n, S_ISDIR(s.st_mode) ? "it is a folder" : "it is not a regular file");
-    } else if (s.st_size == 0) {
-        fail(message, n, "the file is empty");
-    } else {
-        *size = (size_t)s.st_size;
-        return fd;
-    }
-    if (fd >= 0) {
-        close(fd);
-    }
-    return -1;
-}
-
-// The bytes read; less than size at the end of the file or on an error, which is in errno.
-static size_t read_bytes(int fd, char *to, size_t size) {
-    size_t done = 0;
-    errno = 0;
-    while (done < size) {
-        ssize_t got = pread(fd, to + done, size - done, (off_t)done);
-        if (got < 0 && errno == EINTR) {
-            errno = 0;
-            continue;
-        }
-        if (got <= 0) {
-            break;
-        }
-        done += (size_t)got;
-    }
-    return done;
-}
 
 static bool ends_in(const char *path, const char *ending) {
     const char *dot = strrchr(path, '.');
@@ -89,7 +45,7 @@ static MeshStatus read_here(Arena *arena, int fd, size_t size, Reader *reader, M
         return MESH_TOO_LARGE;
     }
     MeshStatus status = MESH_NO_FILE;
-    size_t got = read_bytes(fd, bytes, size);
+    size_t got = infile_read(fd, bytes, 0, size);
     if (got < size && errno) {
         snprintf(message, n, "cannot read: %s", strerror(errno));
     } else {
@@ -105,11 +61,11 @@ MeshStatus mesh_read(Arena *arena, const char *path, Mesh *mesh, char *message, 
     size_t size;
     char start[4];
     *mesh = (Mesh){0};
-    int fd = open_file(path, &size, message, n);
+    int fd = infile_open(path, &size, message, n);
     if (fd < 0) {
         return MESH_NO_FILE;
     }
-    Reader *reader = choose(path, start, read_bytes(fd, start, sizeof start));
+    Reader *reader = choose(path, start, infile_read(fd, start, 0, sizeof start));
     MeshStatus status =
         reader ? read_here(arena, fd, size, reader, mesh, message, n)
                : mesh_child_read(arena, mesh_child_assimp, path, &child_limits, mesh, message, n);

@@ -20,7 +20,20 @@ typedef struct {
     float *uv;        // [n_vertices][2], or NULL
     uint32_t *index;  // [n_triangles][3], counter-clockwise seen from outside, each < n_vertices
     bool faceted;     // normals are those of the faces, not to be smoothed (STL)
+    // Where vertices were split (OBJ): the file's own vertex that each one is of, and how many
+    // there are of these. NULL: each is its own.
+    uint32_t *point;
+    uint32_t n_points;
 } Mesh;
+
+// The places of a mesh's vertices over time: straight lines between the keys; before the first and
+// after the last key they stay. Place k at key i is center[k] + offset[i][k].
+typedef struct {
+    uint32_t n_keys, n_vertices;
+    const double *seconds; // [n_keys], ascending
+    double center[3];
+    const float *offset; // [n_keys][n_vertices][3]
+} VertexTrack;
 
 typedef enum {
     MESH_OK,
@@ -35,6 +48,10 @@ typedef enum {
 // On failure: message[n] gets one sentence without the file's name ("line 12: face index 9 is
 // beyond the 8 vertices so far").
 MeshStatus mesh_read(Arena *arena, const char *path, Mesh *mesh, char *message, size_t n);
+
+// Normals of length 1. Those that have no direction (zero, or not finite, or of vertices that the
+// file gives none) become the area-weighted mean of the faces around, or (0, 0, 1) without any.
+void mesh_normals_finish(Mesh *mesh);
 
 // Binary little-endian PLY; normal and uv where the mesh has them. Written under a temporary name
 // and renamed.

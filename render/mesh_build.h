@@ -26,8 +26,4 @@ typedef struct {
 
 uint32_t mesh_weld_add(MeshWeld *weld, const uint64_t key[3]);
 
-// Normals of length 1. Those that have no direction (zero, or not finite, or of vertices that the
-// file gives none) become the area-weighted mean of the faces around, or (0, 0, 1) without any.
-void mesh_normals_finish(Mesh *mesh);
-
 #endif

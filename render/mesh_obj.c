@@ -274,9 +274,14 @@ static bool collect(Obj *obj, Arena *arena, Mesh *mesh) {
     mesh->position = ARENA_ARRAY(arena, 3 * n, double);
     mesh->normal = obj->any_vn && obj->all_vn ? ARENA_ARRAY(arena, 3 * n, float) : NULL;
     mesh->uv = obj->any_vt ? ARENA_ARRAY(arena, 2 * n, float) : NULL;
+    mesh->n_points = (uint32_t)obj->n_v;
+    mesh->point = n > obj->n_v ? ARENA_ARRAY(arena, n, uint32_t) : NULL;
     memcpy(mesh->position, obj->position, 3 * obj->n_v * sizeof(double));
     for (size_t i = 0; i < n; i++) {
         const Corner *c = &vertices[i];
+        if (mesh->point) {
+            mesh->point[i] = (uint32_t)(i < obj->n_v ? i : (size_t)c->v);
+        }
         if (i >= obj->n_v) {
             memcpy(mesh->position + 3 * i, obj->position + 3 * c->v, 3 * sizeof(double));
         }

@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#include "render/mesh_track.h"
+
 static const uint32_t TIME_INPUTS = 1u << IN_T | 1u << IN_FILM_T;
 static const uint32_t LOOP_INPUTS =
     1u << IN_LOOP0 | 1u << IN_LOOP1 | 1u << IN_LOOP2 | 1u << IN_LOOP3;
@@ -18,8 +20,9 @@ bool program_reads_loops(const Program *program) {
 
 bool mover_moves(const Mover *mover) {
     for (uint32_t i = 0; i < mover->n_parts; i++) {
-        if (program_reads_time(mover->parts[i].points) ||
-            program_reads_time(mover->parts[i].transform)) {
+        const MoverPart *part = &mover->parts[i];
+        if (program_reads_time(part->points) || program_reads_time(part->transform) ||
+            (part->track && part->track->n_keys > 1)) {
             return true;
         }
     }
@@ -105,7 +108,8 @@ static double *counting(Arena *arena, size_t n) {
 MoverPart mover_mesh(Arena *arena, const Shape *shape, uint32_t instance) {
     const Mesh *mesh = shape->mesh;
     size_t n = mesh->n_vertices;
-    MoverPart part = {.n = n, .rest = mesh->position, .points = shape->vertex};
+    MoverPart part = {
+        .n = n, .rest = mesh->position, .track = shape->track, .points = shape->vertex};
     mover_set_loops(&part.in, shape, instance);
     const float *normal = mesh->normal;
     for (uint32_t input = 0; input < IN_COUNT; input++) {
@@ -162,13 +166,28 @@ static void apply_transform(const MoverPart *part, const ProgramInputs *in, uint
     transform_points((const double *const *)rows, is_varying, part->n, width, out);
 }
 
+// The track's places: themselves what is wanted, or what the program takes for p.
+static void run_track(const MoverPart *part, double seconds, ProgramInputs *in, Arena *scratch,
+                      double *const out[4]) {
+    double *p[3] = {out[0], out[1], out[2]};
+    for (int c = 0; c < 3 && part->points; c++) {
+        p[c] = ARENA_ARRAY(scratch, part->n, double);
+        in->at[IN_PX + c] = p[c];
+        in->varying |= 1u << (IN_PX + c);
+    }
+    track_run(part->track, seconds, part->which, part->n, p);
+}
+
 static void run_part(const MoverPart *part, double seconds, uint32_t width, Arena *scratch,
                      double *const out[4]) {
     ProgramInputs in = part->in;
     in.at[IN_T] = in.at[IN_FILM_T] = &seconds;
+    if (part->track) {
+        run_track(part, seconds, &in, scratch, out);
+    }
     if (part->points) {
         program_run(part->points, &in, part->n, out);
-    } else {
+    } else if (!part->track) {
         for (size_t i = 0; i < part->n; i++) {
             for (uint32_t c = 0; c < width; c++) {
                 out[c][i] = part->rest[3 * i + c];
@@ -200,6 +219,13 @@ static MoverPart subset_part(Arena *arena, const MoverPart *part, const uint32_t
             memcpy(&rest[3 * i], &part->rest[3 * (which[i] - first)], 3 * sizeof *rest);
         }
         small.rest = rest;
+    }
+    if (part->track) {
+        uint32_t *own = ARENA_ARRAY(arena, n, uint32_t);
+        for (size_t i = 0; i < n; i++) {
+            own[i] = which[i] - (uint32_t)first;
+        }
+        small.which = own;
     }
     for (uint32_t input = 0; input < IN_COUNT; input++) {
         if (part->in.varying >> input & 1) {

@@ -11,7 +11,9 @@
 
 typedef struct {
     size_t n;
-    const double *rest;       // [n][3]: the positions where points is NULL
+    const double *rest;       // [n][3]: the positions where points and track are NULL
+    const VertexTrack *track; // the positions that points reads, or goes without
+    const uint32_t *which;    // [n]: the vertices of the track; NULL: the first n
     const Program *points;    // 3 outputs, for spheres 4
     const Program *transform; // 12 outputs, applied to the points; NULL: none
     ProgramInputs in;         // everything but the time

@@ -15,7 +15,7 @@ static bool reads_time(const Program *program) {
 }
 
 static bool shape_is_moving(const Shape *shape) {
-    return reads_time(shape->vertex) || reads_time(shape->geometry) ||
+    return shape->track || reads_time(shape->vertex) || reads_time(shape->geometry) ||
            reads_time(shape->transform) || reads_time(shape->visible);
 }
 

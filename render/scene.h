@@ -102,8 +102,9 @@ typedef struct {
     uint32_t material; // index into materials
 
     const Mesh *mesh;         // SHAPE_MESH: the rest pose
+    const VertexTrack *track; // SHAPE_MESH: where the vertices are at t; NULL: in the rest pose
     const Program *vertex;    // SHAPE_MESH: 3 out, a vertex in the shape's own block; reads u v p n
-                              // i besides. NULL: the vertices stay in the rest pose
+                              // i besides, p from the track. NULL: the vertices stay at p
     const Program *geometry;  // spheres and planes
     const Program *transform; // 12 out, rows of the map to the world; NULL: identity
     const Program *visible;   // 1 out, != 0: there at that instant; NULL: always

@@ -35,7 +35,7 @@ test_constant_nan() {
 }
 
 test_not_supported_yet() {
-    refuses 1 'not supported yet' <<<'torus {}'
+    refuses 1 'not supported yet' <<<'area {}'
 }
 
 test_missing_mesh() {

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+// Inside of the loader, shared by its files (lang/loader*.c).
+#ifndef LANG_LOADER_PARTS_H
+#define LANG_LOADER_PARTS_H
+
+#include "lang/loader.h"
+
+// The i-th folder in which a name that stands in a script is looked for; NULL: there are no more.
+const char *loader_folder(Eval *ev, const Env *env, const Value *name, size_t i);
+
+#endif
