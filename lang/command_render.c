@@ -8,6 +8,7 @@
 
 #include "lang/session.h"
 #include "render/image.h"
+#include "render/outfile.h"
 
 enum { PATH_SIZE = 4096 };
 
@@ -114,6 +115,20 @@ static void find_outputs(const Session *session, Outputs *outputs) {
 }
 
 // What can be known to go wrong before the first ray.
+static int check_stats(const Options *options) {
+    const char *path = options->values[OPTION_STATS].text;
+    char message[256];
+    OutFile file;
+    if (!path) {
+        return STATUS_OK;
+    }
+    if (!outfile_open(&file, path, message, sizeof message)) {
+        return refuse(STATUS_FILES, path, message);
+    }
+    outfile_abandon(&file);
+    return STATUS_OK;
+}
+
 static int check_outputs(const Session *session, const Outputs *outputs) {
     int usage = session->options->values[OPTION_OUT].is_set ? STATUS_USAGE : STATUS_SCENE;
     for (size_t i = 0; i < outputs->n_patterns; i++) {
@@ -133,7 +148,7 @@ static int check_outputs(const Session *session, const Outputs *outputs) {
             return refuse(STATUS_FILES, path, message);
         }
     }
-    return STATUS_OK;
+    return check_stats(session->options);
 }
 
 // Makes the other pictures of one frame from its .exr.

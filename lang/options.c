@@ -208,6 +208,16 @@ static bool parse_choice(const Reader *reader, OptionId option, const char *text
                 near ? near : "", near ? "'?" : "");
 }
 
+static bool parse_text(const Reader *reader, OptionId option, const char *text) {
+    if (!*text) {
+        return fail(reader, "%s: the argument is empty", option_spelling(reader->arena, option));
+    }
+    if (option == OPTION_DEFINE && (*text == '=' || !strchr(text, '='))) {
+        return expected(reader, option, text, "a param and its value, such as rpm=2400");
+    }
+    return true;
+}
+
 static bool parse_value(const Reader *reader, OptionId option, const char *text,
                         OptionValue *value) {
     value->text = text;
@@ -227,11 +237,9 @@ static bool parse_value(const Reader *reader, OptionId option, const char *text,
     case OPTION_KIND_CHOICE:
         return parse_choice(reader, option, text, value);
     case OPTION_KIND_TEXT:
-        return *text ? true
-                     : fail(reader, "%s: the argument is empty",
-                            option_spelling(reader->arena, option));
-    case OPTION_KIND_FLAG:
     case OPTION_KIND_LIST:
+        return parse_text(reader, option, text);
+    case OPTION_KIND_FLAG:
         break;
     }
     return true;

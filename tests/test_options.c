@@ -104,6 +104,8 @@ static void options_refuses(void **state) {
         {"compare a.exr", "compare is missing an operand"},
         {"a.st4 b.st4", "render has an operand too many"},
         {"a.st4 -s", "--spp needs an argument, N"},
+        {"a.st4 -D rpm", "-D: 'rpm' is not a param and its value, such as rpm=2400"},
+        {"a.st4 -D =1", "-D: '=1' is not a param and its value"},
         {"a.st4 -s 0", "--spp: '0' is out of range: 1 to 16777216"},
         {"a.st4 -s 99999999999999999999", "--spp: '99999999999999999999' is out of range"},
         {"a.st4 -s 1.5", "--spp: '1.5' is not a whole number"},
