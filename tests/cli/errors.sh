@@ -21,13 +21,12 @@ test_empty_file() {
     : >empty.st4
     expect 1 "$ST4" empty.st4
     errors "$err" 1
-    printf '// nothing but a comment\n' | refuses 1 ''
+    refuses 1 '' <<<'// nothing but a comment'
 }
 
 test_deep_nesting() {
-    { printf 'let a = '; printf '(%.0s' {1..300}; printf '1'; printf ')%.0s' {1..300}; echo; } |
-        refuses 1 '256'
-    { printf 'group { %.0s' {1..300}; printf '}%.0s' {1..300}; echo; } | refuses 1 '256'
+    refuses 1 '256' < <(printf 'let a = '; printf '(%.0s' {1..300}; printf '1'; printf ')%.0s' {1..300})
+    refuses 1 '256' < <(printf 'group { %.0s' {1..300}; printf '}%.0s' {1..300})
 }
 
 test_constant_nan() {
@@ -65,6 +64,9 @@ test_unwritable_output() {
     mkdir folder.exr
     expect 3 "$ST4" ok.st4 --size 8x8 -s 1 -o folder.exr
     expect 3 "$ST4" ok.st4 --size 8x8 -s 1 -o picture.nosuch
+    expect 3 "$ST4" ok.st4 --size 8x8 -s 1 -o picture.exr --stats nosuch/stats.json
+    has "$err" 'nosuch/stats.json'
+    [ ! -e picture.exr ] || fail 'rendered before it was known that the counts cannot be written'
 }
 
 test_zero_area_mesh_warns() {
