@@ -56,6 +56,7 @@ typedef struct {
     double fps;         // > 0 once the film is known; the unit f needs it
     uint64_t steps, max_steps;
     uint32_t calls, depth;
+    unsigned n_noted;  // errors before the last one whose call was shown
     uint32_t unroll;   // bit k: the batched loop k must be walked value by value
     bool stopped;      // steps or calls ran out: everything is poison until the next statement
     bool reads_film;   // the film is evaluated before everything else: now
@@ -134,10 +135,13 @@ Value eval_call(Eval *ev, const Env *env, NodeId node);
 Value eval_apply(Eval *ev, const Closure *closure, const Symbol *names, const Value *values,
                  uint32_t n, const Env *env, NodeId node);
 
-// Binds parameters (NODE_PARAMS or 0) in `scope` to the arguments of `args` (index of extra, 0:
-// none), evaluated in env. what: "fn f". False: reported.
+// Binds the parameters of a fn or a def in `scope` to the arguments of `args` (index of extra, 0:
+// none), evaluated in env. False: reported.
 bool eval_bind(Eval *ev, const Env *env, NodeId node, ExtraId args, const Module *module,
-               NodeId params, Scope *scope, const char *what);
+               NodeId callee, Scope *scope);
+
+// A note after mistakes in what was called, with the innermost call. n_errors: before it.
+void eval_note_call(Eval *ev, unsigned n_errors, Span where, const Module *module, NodeId callee);
 
 // ---- lang/loader.c
 

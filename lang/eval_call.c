@@ -28,7 +28,26 @@ static Params params_of(const Module *module, NodeId params) {
     return (Params){module->syntax->extra + node->a, node->b};
 }
 
+// A fn or a def, as said in reports.
+static const char *callee_text(Eval *ev, const Module *module, NodeId callee) {
+    const Node *node = syntax_node(module->syntax, callee);
+    return arena_printf(ev->arena, "%s %s", node->kind == NODE_DEF ? "def" : "fn",
+                        symbol_text(ev->symbols, node->a));
+}
+
 // ---- Binding
+
+// What arguments are bound to.
+typedef struct {
+    const Module *module;
+    NodeId node; // NODE_FN or NODE_DEF
+    Params params;
+} Callee;
+
+static Callee callee_of(const Module *module, NodeId node) {
+    const Syntax *syntax = module->syntax;
+    return (Callee){module, node, params_of(module, syntax->extra[syntax_node(syntax, node)->b])};
+}
 
 static uint32_t param_index(const Params *params, Symbol name) {
     uint32_t i = 0;
@@ -38,8 +57,9 @@ static uint32_t param_index(const Params *params, Symbol name) {
     return i;
 }
 
-static void unknown_argument(Eval *ev, const Env *env, uint32_t offset, const Params *params,
-                             const char *what, Symbol name) {
+static void unknown_argument(Eval *ev, const Env *env, uint32_t offset, const Callee *callee,
+                             Symbol name) {
+    const Params *params = &callee->params;
     const char **names = ARENA_ARRAY(ev->arena, params->n, const char *);
     for (uint32_t i = 0; i < params->n; i++) {
         names[i] = symbol_text(ev->symbols, params->words[3 * i]);
@@ -47,27 +67,31 @@ static void unknown_argument(Eval *ev, const Env *env, uint32_t offset, const Pa
     const char *near = diag_nearest(symbol_text(ev->symbols, name), names, params->n);
     eval_error_at(ev, syntax_word_span(env->module->syntax, offset),
                   near ? arena_printf(ev->arena, "did you mean '%s'?", near) : NULL,
-                  "%s has no parameter '%s'", what, symbol_text(ev->symbols, name));
+                  "%s has no parameter '%s'", callee_text(ev, callee->module, callee->node),
+                  symbol_text(ev->symbols, name));
 }
 
 // Puts each argument's node in the place of its parameter.
-static bool place_args(Eval *ev, const Env *env, NodeId node, Args args, const Params *params,
-                       const char *what, NodeId *placed) {
+static bool place_args(Eval *ev, const Env *env, NodeId node, Args args, const Callee *callee,
+                       NodeId *placed) {
+    const Params *params = &callee->params;
     uint32_t n_positional = 0;
     for (uint32_t i = 0; i < args.n; i++) {
         Symbol name = args.words[3 * i];
         uint32_t index = name ? param_index(params, name) : n_positional++;
         if (name && index == params->n) {
-            unknown_argument(ev, env, args.words[3 * i + 1], params, what, name);
+            unknown_argument(ev, env, args.words[3 * i + 1], callee, name);
             return false;
         }
         if (index >= params->n) {
-            eval_error(ev, env, node, NULL, "%s takes %u argument%s, these are more", what,
-                       params->n, params->n == 1 ? "" : "s");
+            eval_error(ev, env, node, NULL, "%s takes %u argument%s, these are more",
+                       callee_text(ev, callee->module, callee->node), params->n,
+                       params->n == 1 ? "" : "s");
             return false;
         }
         if (placed[index]) {
-            eval_error(ev, env, args.words[3 * i + 2], NULL, "%s: '%s' is given twice", what,
+            eval_error(ev, env, args.words[3 * i + 2], NULL, "%s: '%s' is given twice",
+                       callee_text(ev, callee->module, callee->node),
                        symbol_text(ev->symbols, params->words[3 * index]));
             return false;
         }
@@ -85,30 +109,39 @@ static bool bind_value(Eval *ev, Scope *scope, Symbol name, Value value) {
 }
 
 bool eval_bind(Eval *ev, const Env *env, NodeId node, ExtraId args, const Module *module,
-               NodeId params_node, Scope *scope, const char *what) {
-    Params params = params_of(module, params_node);
-    NodeId *placed = ARENA_ARRAY(ev->arena, params.n, NodeId);
-    if (!place_args(ev, env, node, args_of(env, args), &params, what, placed)) {
+               NodeId callee_node, Scope *scope) {
+    Callee callee = callee_of(module, callee_node);
+    const Params *params = &callee.params;
+    NodeId *placed = ARENA_ARRAY(ev->arena, params->n, NodeId);
+    if (!place_args(ev, env, node, args_of(env, args), &callee, placed)) {
         return false;
     }
     const Env inside = {module, scope};
     bool is_ok = true;
-    for (uint32_t i = 0; i < params.n; i++) {
-        Symbol name = params.words[3 * i];
+    for (uint32_t i = 0; i < params->n; i++) {
+        Symbol name = params->words[3 * i];
+        NodeId by_default = params->words[3 * i + 2];
         if (scope_find_own(scope, name)) {
             continue; // set by the block of a copy
         }
-        if (placed[i]) {
-            is_ok = bind_value(ev, scope, name, eval_expr(ev, env, placed[i])) && is_ok;
-        } else if (params.words[3 * i + 2]) {
-            is_ok = bind_value(ev, scope, name, eval_expr(ev, &inside, params.words[3 * i + 2])) &&
-                    is_ok;
-        } else {
-            eval_error(ev, env, node, NULL, "%s needs '%s'", what, symbol_text(ev->symbols, name));
+        if (!placed[i] && !by_default) {
+            eval_error(ev, env, node, NULL, "%s needs '%s'", callee_text(ev, module, callee_node),
+                       symbol_text(ev->symbols, name));
             return false;
         }
+        Value value =
+            placed[i] ? eval_expr(ev, env, placed[i]) : eval_expr(ev, &inside, by_default);
+        is_ok = bind_value(ev, scope, name, value) && is_ok;
     }
     return is_ok;
+}
+
+void eval_note_call(Eval *ev, unsigned n_errors, Span where, const Module *module, NodeId callee) {
+    unsigned n = diag_n_errors(ev->diag);
+    if (n > n_errors && n > ev->n_noted) {
+        diag_note(ev->diag, where, "in this use of %s", callee_text(ev, module, callee));
+        ev->n_noted = n;
+    }
 }
 
 // ---- Applying
@@ -128,23 +161,22 @@ static bool enter(Eval *ev, const Env *env, NodeId node) {
     return false;
 }
 
-static const char *fn_what(Eval *ev, const Closure *closure) {
-    const Node *fn = syntax_node(closure->module->syntax, closure->node);
-    return arena_printf(ev->arena, "fn %s", symbol_text(ev->symbols, fn->a));
-}
-
 static Value call_closure(Eval *ev, const Env *env, NodeId node, const Closure *closure,
                           ExtraId args) {
     const Syntax *syntax = closure->module->syntax;
     const uint32_t *extra = syntax->extra + syntax_node(syntax, closure->node)->b;
     const Env inside = {closure->module, scope_new(ev->arena, closure->scope)};
-    if (!eval_bind(ev, env, node, args, closure->module, extra[0], inside.scope,
-                   fn_what(ev, closure)) ||
+    if (!eval_bind(ev, env, node, args, closure->module, closure->node, inside.scope) ||
         !enter(ev, env, node)) {
         return value_poison();
     }
+    unsigned n_errors = diag_n_errors(ev->diag);
     Value value = eval_expr(ev, &inside, extra[1]);
     ev->calls--;
+    if (value_is_poison(&value) && diag_n_errors(ev->diag) > n_errors) {
+        eval_note_call(ev, n_errors, syntax_span(env->module->syntax, node), closure->module,
+                       closure->node);
+    }
     return value;
 }
 
@@ -175,7 +207,8 @@ Value eval_apply(Eval *ev, const Closure *closure, const Symbol *names, const Va
             }
             return eval_error_at(ev, syntax_word_span(syntax, params.words[3 * i + 1]), NULL,
                                  "%s is not given a '%s' here; what it may take: %s",
-                                 fn_what(ev, closure), symbol_text(ev->symbols, name), text);
+                                 callee_text(ev, closure->module, closure->node),
+                                 symbol_text(ev->symbols, name), text);
         }
     }
     if (!enter(ev, env, node)) {

@@ -301,8 +301,7 @@ static void finish_copy(Eval *ev, const Env *env, const Place *place, NodeId sta
                         Object *copy, const Binding *def, const Parts *parts) {
     const uint32_t *extra =
         def->module->syntax->extra + syntax_node(def->module->syntax, def->node)->b;
-    const char *what = arena_printf(ev->arena, "def %s", copy->name);
-    if (!eval_bind(ev, env, statement, parts->args, def->module, extra[0], copy->arguments, what)) {
+    if (!eval_bind(ev, env, statement, parts->args, def->module, def->node, copy->arguments)) {
         return;
     }
     Place within = place_within(ev, place, copy);
@@ -315,8 +314,10 @@ static void finish_copy(Eval *ev, const Env *env, const Place *place, NodeId sta
     }
     eval_emit(ev, &copy->env, &within, parts->block, false, copy->name);
     if (enter_def(ev, copy->where)) {
+        unsigned n_errors = diag_n_errors(ev->diag);
         emit_def(ev, &within, copy, def, extra[1]);
         ev->calls--;
+        eval_note_call(ev, n_errors, copy->where, def->module, def->node);
     }
 }
 

@@ -365,7 +365,9 @@ Scene *lowering_finish(Eval *ev, const Hash128 *sources) {
                   "the scene has no shapes");
     }
     Shape *shapes = ARENA_ARRAY(l->arena, l->n_shapes, Shape);
-    memcpy(shapes, l->shapes, l->n_shapes * sizeof *shapes);
+    if (l->n_shapes) {
+        memcpy(shapes, l->shapes, l->n_shapes * sizeof *shapes);
+    }
     scene->shapes = shapes;
     scene->n_shapes = l->n_shapes;
     scene->lights = l->lights;

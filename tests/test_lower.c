@@ -503,6 +503,30 @@ static void what_is_not_used_is_not_read(void **state) {
     unload(&l);
 }
 
+static void mistakes_within_calls_show_the_call(void **state) {
+    (void)state;
+    Loaded l;
+    load_with(&l, "test.st4",
+              "fn half(x) = x / 2deg\ndef Ball(r) { sphere { radius = r } }\n"
+              "sphere { radius = half(half(3)) }\nBall(\"a\") { }",
+              NULL);
+    assert_int_equal(l.loaded.status, 1);
+    assert_true(reported(&l, "test.st4:3:24: note: in this use of fn half"));
+    assert_true(reported(&l, "test.st4:4:1: note: in this use of def Ball"));
+    assert_false(reported(&l, "test.st4:3:19: note"));
+    unload(&l);
+}
+
+static void scenes_may_be_bare(void **state) {
+    (void)state;
+    Loaded l;
+    load_with(&l, "test.st4", "film { }", NULL);
+    assert_int_equal(l.loaded.status, 0);
+    assert_int_equal(l.loaded.scene->n_shapes, 0);
+    assert_true(reported(&l, "the scene has no shapes"));
+    unload(&l);
+}
+
 static void bad_files_have_their_status(void **state) {
     (void)state;
     Loaded l;
@@ -541,6 +565,8 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(hashes_tell_scenes_apart),
     cmocka_unit_test(files_are_found),
     cmocka_unit_test(what_is_not_used_is_not_read),
+    cmocka_unit_test(mistakes_within_calls_show_the_call),
+    cmocka_unit_test(scenes_may_be_bare),
     cmocka_unit_test(bad_files_have_their_status),
 };
 
