@@ -46,7 +46,7 @@ SOURCES := $(filter-out $(PLUGINS),$(wildcard accel/*.c render/*.c lang/*.c))
 MAIN := lang/main.c
 # What turns a file into a tree.
 FRONT := $(addprefix lang/,source.c diag.c excerpt.c nearest.c symbols.c lex.c lex_report.c \
-         parser.c parse.c parse_errors.c parse_value.c parse_expr.c syntax.c syntax_dump.c)
+         parser.c parse.c run.c parse_errors.c parse_value.c parse_expr.c syntax.c syntax_dump.c)
 OBJECTS := $(SOURCES:%.c=$(B)/%.o)
 LIBRARY := $(filter-out $(MAIN:%.c=$(B)/%.o),$(OBJECTS))
 TESTS := $(patsubst %.c,$(B)/%.o,$(wildcard tests/*.c))

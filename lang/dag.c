@@ -141,6 +141,9 @@ static void grow_table_slots(Dag *dag) {
     uint32_t *slots = ARENA_ARRAY(dag->arena, n, uint32_t);
     memset(slots, 0xff, n * sizeof *slots);
     for (uint32_t t = 0; t < dag->n_tables; t++) {
+        if (dag->tables[t].is_lasting) {
+            continue;
+        }
         size_t i = hash_values(dag->tables[t].values, dag->tables[t].n) & (n - 1);
         while (slots[i] != REF_NONE) {
             i = (i + 1) & (n - 1);
@@ -149,6 +152,13 @@ static void grow_table_slots(Dag *dag) {
     }
     dag->table_slots = slots;
     dag->n_table_slots = n;
+}
+
+static uint32_t add_table(Dag *dag, ProgramTable table) {
+    dag->tables = arena_grow(dag->arena, dag->tables, dag->n_tables, &dag->tables_capacity,
+                             sizeof *dag->tables);
+    dag->tables[dag->n_tables] = table;
+    return (uint32_t)dag->n_tables++;
 }
 
 static uint32_t intern_table(Dag *dag, const double *values, uint32_t n) {
@@ -165,11 +175,8 @@ static uint32_t intern_table(Dag *dag, const double *values, uint32_t n) {
     }
     double *copy = ARENA_ARRAY(dag->arena, n, double);
     memcpy(copy, values, size);
-    dag->tables = arena_grow(dag->arena, dag->tables, dag->n_tables, &dag->tables_capacity,
-                             sizeof *dag->tables);
-    dag->tables[dag->n_tables] = (ProgramTable){copy, n};
     dag->table_slots[i] = (uint32_t)dag->n_tables;
-    return (uint32_t)dag->n_tables++;
+    return add_table(dag, (ProgramTable){copy, n, false});
 }
 
 static uint32_t search(const double *values, uint32_t n, double x) {
@@ -194,21 +201,37 @@ static bool all_equal(const double *values, uint32_t n) {
     return true;
 }
 
-static Ref table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n, Ref mark) {
+// REF_NONE: it is not known.
+static Ref fold_table(Dag *dag, Op op, Ref a, const double *values, uint32_t n) {
     double x;
+    if (!dag_is_const(dag, a, &x)) {
+        return REF_NONE;
+    }
+    if (op == OP_SEARCH) {
+        return dag_const(dag, search(values, n, x));
+    }
+    return dag_const(dag, values[x >= n - 1 ? n - 1 : x >= 1 ? (uint32_t)x : 0]);
+}
+
+static Ref table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n, Ref mark) {
     if (op == OP_TABLE && all_equal(values, n)) {
         return dag_const(dag, values[0]);
     }
     if (op == OP_SEARCH && n == 1) {
         return dag_const(dag, 0);
     }
-    if (dag_is_const(dag, a, &x)) {
-        if (op == OP_SEARCH) {
-            return dag_const(dag, search(values, n, x));
-        }
-        return dag_const(dag, values[x >= n - 1 ? n - 1 : x >= 1 ? (uint32_t)x : 0]);
+    Ref known = fold_table(dag, op, a, values, n);
+    return known != REF_NONE ? known : intern(dag, op, a, intern_table(dag, values, n), mark);
+}
+
+Ref dag_column(Dag *dag, Ref a, const double *values, uint32_t n) {
+    if (all_equal(values, n)) {
+        return dag_const(dag, values[0]);
     }
-    return intern(dag, op, a, intern_table(dag, values, n), mark);
+    Ref known = fold_table(dag, OP_TABLE, a, values, n);
+    return known != REF_NONE
+               ? known
+               : intern(dag, OP_TABLE, a, add_table(dag, (ProgramTable){values, n, true}), REF_NONE);
 }
 
 Ref dag_table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n) {
@@ -472,6 +495,12 @@ Ref dag_op(Dag *dag, Op op, Ref a, Ref b, Ref c) {
 Ref dag_rebuild(Dag *dag, const DagNode *node, const Ref operands[3]) {
     if (node->op == OP_SEARCH || node->op == OP_TABLE) {
         ProgramTable table = dag->tables[node->b];
+        Ref known = fold_table(dag, (Op)node->op, operands[0], table.values, table.n);
+        if (table.is_lasting) {
+            return known != REF_NONE
+                       ? known
+                       : intern(dag, (Op)node->op, operands[0], node->b, node->c);
+        }
         return table_op(dag, (Op)node->op, operands[0], table.values, table.n, node->c);
     }
     return dag_op(dag, (Op)node->op, operands[0], operands[1], operands[2]);

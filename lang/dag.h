@@ -30,6 +30,9 @@ Ref dag_input(Dag *dag, Input input);
 Ref dag_op(Dag *dag, Op op, Ref a, Ref b, Ref c);
 // SEARCH or TABLE; copies the values (n >= 1).
 Ref dag_table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n);
+// A TABLE whose values (n >= 1) last longer than every program compiled from the graph: they are
+// neither copied nor compared with other tables.
+Ref dag_column(Dag *dag, Ref a, const double *values, uint32_t n);
 // SEARCH for pieces that join smoothly: what is built on it does not jump or bend at its steps, so
 // they are no breaks.
 Ref dag_search_unseen(Dag *dag, Ref a, const double *values, uint32_t n);

@@ -141,7 +141,7 @@ static bool loop_sequence(Eval *ev, const Env *env, NodeId statement, Sequence *
 
 // After a statement: the next one's mistakes are its own. Where calls went too deep, all that made
 // them is given up, or a def that places itself twice would be tried 2^256 times.
-static void statement_ends(Eval *ev) {
+void eval_statement_ends(Eval *ev) {
     diag_next_statement(ev->diag);
     if (ev->calls == 0 && ev->steps <= ev->max_steps) {
         ev->stopped = false;
@@ -236,7 +236,7 @@ void eval_gather(Eval *ev, const Env *env, Object *object, NodeId block) {
         default:
             continue;
         }
-        statement_ends(ev);
+        eval_statement_ends(ev);
     }
 }
 
@@ -384,8 +384,8 @@ static void emit_unsupported(Eval *ev, const Env *env, NodeId statement) {
     }
 }
 
-static void emit_statement(Eval *ev, const Env *env, const Place *place, NodeId statement,
-                           bool has_objects, const char *name) {
+void eval_emit_statement(Eval *ev, const Env *env, const Place *place, NodeId statement,
+                         bool has_objects, const char *name) {
     const Node *node = syntax_node(env->module->syntax, statement);
     switch ((NodeKind)node->kind) {
     case NODE_OBJECT:
@@ -398,6 +398,9 @@ static void emit_statement(Eval *ev, const Env *env, const Place *place, NodeId 
         break;
     case NODE_FOR:
         emit_loop(ev, env, place, statement, has_objects, name);
+        break;
+    case NODE_RUN:
+        eval_emit_run(ev, env, place, statement, has_objects, name);
         break;
     case NODE_IF: {
         NodeId chosen = chosen_block(ev, env, statement);
@@ -442,9 +445,9 @@ void eval_emit(Eval *ev, const Env *env, const Place *place, NodeId block, bool 
     for (uint32_t i = 0; i < node->b && !ev->unroll; i++) {
         NodeId statement = syntax->extra[node->a + i];
         if (eval_step(ev, env, statement)) {
-            emit_statement(ev, env, place, statement, has_objects, name);
+            eval_emit_statement(ev, env, place, statement, has_objects, name);
         }
-        statement_ends(ev);
+        eval_statement_ends(ev);
     }
     ev->depth -= 4;
 }

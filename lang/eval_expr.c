@@ -86,9 +86,19 @@ static Value eval_name(Eval *ev, const Env *env, NodeId id, Symbol symbol) {
 
 // ---- Literals
 
+// 90deg is the double nearest to a quarter turn's quotient, not to 90 times a rounded degree.
+static Ref in_unit(Dag *dag, Ref number, unsigned unit, double factor) {
+    if (unit != UNIT_DEG) {
+        return dag_op(dag, OP_MUL, number, dag_const(dag, factor), REF_NONE);
+    }
+    Ref half_turns = dag_op(dag, OP_DIV, number, dag_const(dag, 180), REF_NONE);
+    return dag_op(dag, OP_MUL, half_turns, dag_const(dag, 3.141592653589793), REF_NONE);
+}
+
 static Value eval_number(Eval *ev, const Env *env, NodeId id, const Node *node) {
     const UnitInfo *unit = &unit_infos[node->aux];
     double factor = unit->factor;
+    Ref varied = ev->runs ? eval_run_number(ev, env, id) : REF_NONE;
     if (node->aux == UNIT_FRAME) {
         if (!(ev->fps > 0)) {
             return eval_error(ev, env, id, "write a number, 24fps",
@@ -96,10 +106,8 @@ static Value eval_number(Eval *ev, const Env *env, NodeId id, const Node *node) 
         }
         factor = 1 / ev->fps;
     }
-    // 90deg is the double nearest to a quarter turn's quotient, not to 90 times a rounded degree.
-    double x = node->aux == UNIT_DEG ? syntax_number(node) / 180 * 3.141592653589793
-                                     : syntax_number(node) * factor;
-    Value value = value_number(ev->dag, x);
+    Ref number = varied != REF_NONE ? varied : dag_const(ev->dag, syntax_number(node));
+    Value value = value_scalar(VALUE_NUMBER, in_unit(ev->dag, number, node->aux, factor));
     if (unit->dimension == DIMENSION_ANGLE || unit->dimension == DIMENSION_ANGULAR_RATE) {
         value.type = VALUE_ANGLE;
     }

@@ -11,6 +11,7 @@
 
 #include "lang/library.h"
 #include "lang/lower.h"
+#include "lang/run.h"
 
 typedef struct {
     const Module *parent; // NULL: the script
@@ -123,9 +124,11 @@ static Module *parse_module(Eval *ev, const char *path, const char *text, size_t
     }
     hash_add(&ev->loader->hash, text, size);
     Module *module = ARENA_NEW(ev->arena, Module);
-    module->syntax = syntax_parse(ev->arena, ev->symbols, file, ev->diag);
+    module->syntax =
+        syntax_parse_runs(ev->arena, lower_arena(ev), ev->symbols, file, ev->diag);
     module->scope = scope;
-    module->flags = ARENA_ARRAY(ev->arena, module->syntax->n_nodes, uint8_t);
+    module->n_flags = module->syntax->n_nodes;
+    module->flags = ARENA_ARRAY(ev->arena, module->n_flags, uint8_t);
     diag_next_statement(ev->diag);
     return module;
 }
@@ -182,8 +185,8 @@ NodeId loader_parse_expr(Eval *ev, const char *origin, const char *text, Module 
     NodeId node = file ? syntax_parse_expr(ev->arena, ev->symbols, file, ev->diag, &syntax) : 0;
     if (node) {
         *module = ARENA_NEW(ev->arena, Module);
-        **module =
-            (Module){syntax, ev->predefined, ARENA_ARRAY(ev->arena, syntax->n_nodes, uint8_t)};
+        **module = (Module){syntax, ev->predefined,
+                            ARENA_ARRAY(ev->arena, syntax->n_nodes, uint8_t), syntax->n_nodes};
     }
     return node;
 }

@@ -86,6 +86,19 @@ void eval_gather(Eval *ev, const Env *env, Object *object, NodeId block);
 void eval_emit(Eval *ev, const Env *env, const Place *place, NodeId block, bool has_objects,
                const char *name);
 
+void eval_emit_statement(Eval *ev, const Env *env, const Place *place, NodeId statement,
+                         bool has_objects, const char *name);
+// After a statement: the next one's mistakes are its own.
+void eval_statement_ends(Eval *ev);
+
+// ---- lang/eval_run.c
+
+// All statements of a NODE_RUN.
+void eval_emit_run(Eval *ev, const Env *env, const Place *place, NodeId statement,
+                   bool has_objects, const char *name);
+
+// ---- lang/eval_block.c
+
 // The place within an object's block.
 Place place_within(Eval *ev, const Place *place, const Object *object);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Statements and whole files. lang/parser.h says how to read this file.
-#include "lang/parser.h"
+#include "lang/run.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -367,9 +367,11 @@ static uint32_t parse_statements(Parser *p) {
         if (parser_accept(p, TOKEN_SEMICOLON)) {
             continue;
         }
+        NodeId node_lo = (NodeId)p->syntax->n_nodes;
+        uint32_t lo = p->token.lo;
         NodeId statement = parse_statement(p);
         if (statement) {
-            parser_push(p, statement);
+            parser_push(p, run_gather(p, statement, node_lo, lo));
         }
     }
     return (uint32_t)(p->n_stack - base);
@@ -419,22 +421,39 @@ static void parse_version(Parser *p) {
 }
 
 // file = [ "st4" NUMBER ] { stmt } .
-Syntax *syntax_parse(Arena *arena, Symbols *symbols, const SourceFile *file, Diag *diag) {
-    Parser parser, *p = &parser;
-    parser_init(p, arena, symbols, file, diag);
+static Syntax *parse_file(Parser *p) {
     parse_version(p);
     uint32_t n = parse_statements(p);
     while (parser_at(p, TOKEN_RBRACE)) {
-        diag_next_statement(diag);
+        diag_next_statement(p->diag);
         parser_error(p, parser_span(p->token), NULL, "'}' without a '{'");
         p->is_lost = false;
         parser_advance(p);
         n += parse_statements(p);
     }
-    diag_next_statement(diag);
+    diag_next_statement(p->diag);
     ExtraId extra = parser_pop_to_extra(p, 0);
-    p->syntax->root = parser_node(p, NODE_BLOCK, 0, file->base, extra, n);
+    p->syntax->root = parser_node(p, NODE_BLOCK, 0, p->syntax->file->base, extra, n);
     return p->syntax;
+}
+
+Syntax *syntax_parse(Arena *arena, Symbols *symbols, const SourceFile *file, Diag *diag) {
+    Parser parser;
+    parser_init(&parser, arena, symbols, file, diag);
+    return parse_file(&parser);
+}
+
+Syntax *syntax_parse_runs(Arena *arena, Arena *lasting, Symbols *symbols, const SourceFile *file,
+                          Diag *diag) {
+    Parser parser;
+    parser_init(&parser, arena, symbols, file, diag);
+    parser.lasting = lasting;
+    return parse_file(&parser);
+}
+
+NodeId run_parse_statement(Parser *p, uint32_t offset) {
+    parser_seek(p, offset);
+    return parse_statement(p);
 }
 
 NodeId syntax_parse_expr(Arena *arena, Symbols *symbols, const SourceFile *file, Diag *diag,

@@ -33,6 +33,20 @@ void parser_init(Parser *p, Arena *arena, Symbols *symbols, const SourceFile *fi
     p->last_lo = p->last_hi = p->token.lo;
 }
 
+void parser_resume(Parser *p, Arena *arena, Syntax *syntax, Diag *diag, uint32_t offset) {
+    *p = (Parser){.arena = arena, .symbols = syntax->symbols, .diag = diag, .syntax = syntax};
+    parser_seek(p, offset);
+}
+
+void parser_seek(Parser *p, uint32_t offset) {
+    p->lexer = lex_at(p->syntax->file, offset);
+    p->last_lo = offset > p->syntax->file->base ? offset - 1 : offset;
+    p->last_hi = offset;
+    p->less_at = p->vector_end = 0;
+    p->token = fetch(p);
+    p->next = fetch(p);
+}
+
 static void report_token(Parser *p, Token token) {
     lex_report(p->syntax->file, token, p->diag);
     p->syntax->has_errors = true;

@@ -19,6 +19,7 @@ enum {
 
 typedef struct {
     Arena *arena;
+    Arena *lasting; // of the tables of runs; NULL: there are none
     Symbols *symbols;
     Diag *diag;
     Syntax *syntax;
@@ -35,6 +36,7 @@ typedef struct {
     bool is_lost;
     bool is_too_deep; // reported; once for a file
     bool is_cut;      // the end of the file came in a block; reported
+    uint32_t no_run_before; // offset: up to there it was tried
     uint32_t suspect; // the first '{' whose '}' stands as if it were another's, or 0
     // For hints, offsets in this statement, or 0:
     uint32_t less_at;    // the last '<' that compares
@@ -42,6 +44,10 @@ typedef struct {
 } Parser;
 
 void parser_init(Parser *p, Arena *arena, Symbols *symbols, const SourceFile *file, Diag *diag);
+// Goes on with a tree at an offset of its file.
+void parser_resume(Parser *p, Arena *arena, Syntax *syntax, Diag *diag, uint32_t offset);
+// The next token is the one behind the offset, where the last one ends.
+void parser_seek(Parser *p, uint32_t offset);
 void parser_advance(Parser *p);
 // Cuts the token behind its first character, which is one of this kind.
 void parser_split(Parser *p, TokenKind kind);

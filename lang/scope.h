@@ -11,9 +11,10 @@ typedef struct Scope Scope;
 
 // A file, parsed.
 typedef struct {
-    const Syntax *syntax;
+    Syntax *syntax;
     Scope *scope;   // of its outermost block
     uint8_t *flags; // per node: what is found out about it while evaluating
+    size_t n_flags; // >= syntax->n_nodes
 } Module;
 
 enum {

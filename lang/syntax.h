@@ -52,6 +52,7 @@ typedef enum {
     NODE_OBJECT,
     NODE_BLOCK,  // a = extra: statements, b = their number
     NODE_PARAMS, // a = extra: (Symbol, its offset, default or 0)..., b = their number
+    NODE_RUN,    // a = index into runs; only from syntax_parse_runs
     NODE_KINDS
 } NodeKind;
 
@@ -105,12 +106,15 @@ Symbol symbol_of(Symbols *symbols, const char *text, size_t n); // interns; neve
 const char *symbol_text(const Symbols *symbols, Symbol symbol); // NUL-terminated
 size_t symbol_size(const Symbols *symbols, Symbol symbol);
 
+typedef struct Run Run; // lang/run.h
+
 typedef struct {
     const SourceFile *file;
     Symbols *symbols;
     Node *nodes;
     uint32_t *extra;
-    size_t n_nodes, n_extra, nodes_capacity, extra_capacity;
+    Run *runs;
+    size_t n_nodes, n_extra, n_runs, nodes_capacity, extra_capacity, runs_capacity;
     NodeId root;     // NODE_BLOCK of the file's statements
     double version;  // after `st4`, or 0
     bool has_errors; // what could be read is still there

@@ -126,9 +126,12 @@ static uint32_t assign_slots(Step *steps, uint32_t n, const uint32_t *out, uint3
 static const ProgramTable *copy_tables(Arena *arena, const ProgramTable *tables, uint32_t n) {
     ProgramTable *copy = ARENA_ARRAY(arena, n, ProgramTable);
     for (uint32_t i = 0; i < n; i++) {
-        double *values = ARENA_ARRAY(arena, tables[i].n, double);
-        memcpy(values, tables[i].values, tables[i].n * sizeof *values);
-        copy[i] = (ProgramTable){values, tables[i].n};
+        copy[i] = tables[i];
+        if (!tables[i].is_lasting) {
+            double *values = ARENA_ARRAY(arena, tables[i].n, double);
+            memcpy(values, tables[i].values, tables[i].n * sizeof *values);
+            copy[i].values = values;
+        }
     }
     return copy;
 }
