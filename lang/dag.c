@@ -229,9 +229,9 @@ Ref dag_column(Dag *dag, Ref a, const double *values, uint32_t n) {
         return dag_const(dag, values[0]);
     }
     Ref known = fold_table(dag, OP_TABLE, a, values, n);
-    return known != REF_NONE
-               ? known
-               : intern(dag, OP_TABLE, a, add_table(dag, (ProgramTable){values, n, true}), REF_NONE);
+    return known != REF_NONE ? known
+                             : intern(dag, OP_TABLE, a,
+                                      add_table(dag, (ProgramTable){values, n, true}), REF_NONE);
 }
 
 Ref dag_table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n) {
@@ -497,9 +497,8 @@ Ref dag_rebuild(Dag *dag, const DagNode *node, const Ref operands[3]) {
         ProgramTable table = dag->tables[node->b];
         Ref known = fold_table(dag, (Op)node->op, operands[0], table.values, table.n);
         if (table.is_lasting) {
-            return known != REF_NONE
-                       ? known
-                       : intern(dag, (Op)node->op, operands[0], node->b, node->c);
+            return known != REF_NONE ? known
+                                     : intern(dag, (Op)node->op, operands[0], node->b, node->c);
         }
         return table_op(dag, (Op)node->op, operands[0], table.values, table.n, node->c);
     }

@@ -42,14 +42,6 @@ typedef struct Loops {
     double *table;        // [n_instances][depth + 1], made by the lowering when first needed
 } Loops;
 
-// The runs (lang/run.h) that are evaluated at once, inner to outer: loops over their rows.
-typedef struct RunLoop {
-    const struct RunLoop *outer;
-    const Module *module;
-    const struct Run *run;
-    Input row;
-} RunLoop;
-
 typedef struct Lowering Lowering; // lang/lower.h
 
 typedef struct {
@@ -72,7 +64,7 @@ typedef struct {
     struct GivenBlock *free_given; // lang/eval_property.c
     bool has_failed_file;          // a file was missing or damaged
     Loops *loops;                  // batched, around the place where the walk is
-    const RunLoop *runs;           // those of them that are runs
+    const struct RunLoop *runs;    // those of them that are runs
     struct Loader *loader;         // lang/loader.h
     struct Watches *watches;       // lang/watch.h
     Scope *predefined;
@@ -127,11 +119,6 @@ Value eval_expr(Eval *ev, const Env *env, NodeId node);
 
 // The value of a binding that was found in scope `at`; evaluates lets at first use.
 Value eval_binding(Eval *ev, Binding *binding, Scope *at, const Env *env, NodeId node);
-
-// ---- lang/eval_run.c
-
-// The number at a node that differs from statement to statement; REF_NONE: it does not.
-Ref eval_run_number(Eval *ev, const Env *env, NodeId node);
 
 // ---- lang/eval_op.c
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "lang/builtins.h"
+#include "lang/eval_run.h"
 #include "lang/loader.h"
 #include "lang/lower.h"
 

@@ -8,6 +8,7 @@
 
 #include "lang/builtins.h"
 #include "lang/eval_keys.h"
+#include "lang/eval_run.h"
 #include "lang/lower.h"
 #include "lang/watch.h"
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs of statements that differ in their numbers: evaluated at once, as loops are.
-#include "lang/object.h"
+#include "lang/eval_run.h"
 
 #include <string.h>
 
 #include "lang/lower.h"
-#include "lang/run.h"
 
 static const Run *run_of(const Env *env, NodeId statement) {
     const Syntax *syntax = env->module->syntax;
@@ -104,8 +103,8 @@ static bool emit_at_once(Eval *ev, const Env *env, const Place *place, NodeId st
     return false;
 }
 
-void eval_emit_run(Eval *ev, const Env *env, const Place *place, NodeId statement,
-                   bool has_objects, const char *name) {
+void eval_emit_run(Eval *ev, const Env *env, const Place *place, NodeId statement, bool has_objects,
+                   const char *name) {
     const Run *run = run_of(env, statement);
     uint32_t depth = ev->loops ? ev->loops->depth + 1 : 0, from = 0;
     uint64_t n = (uint64_t)run->n * (ev->loops ? ev->loops->n_instances : 1);

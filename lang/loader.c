@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "lang/library.h"
@@ -75,14 +76,23 @@ static void add_file(Loader *loader, const char *path) {
 
 // ---- Reading
 
+// How much to read at first: all of a file whose size is known.
+static size_t first_size(FILE *file) {
+    struct stat about;
+    bool is_known =
+        fstat(fileno(file), &about) == 0 && S_ISREG(about.st_mode) && about.st_size < UINT32_MAX;
+    // One more, so that its end is seen without growing.
+    return is_known ? (size_t)about.st_size + 1 : 1 << 16;
+}
+
 char *loader_read(Arena *arena, const char *path, size_t *size) {
     FILE *file = strcmp(path, "-") == 0 ? stdin : fopen(path, "rb");
     char *text = NULL;
     size_t n = 0, capacity = 0;
     while (file && !feof(file) && !ferror(file) && n < UINT32_MAX) {
         if (n == capacity) {
-            size_t larger = capacity ? 2 * capacity : 1 << 16;
-            char *copy = arena_alloc(arena, larger);
+            size_t larger = capacity ? 2 * capacity : first_size(file);
+            char *copy = arena_alloc(arena, larger + SOURCE_PADDING);
             if (n) {
                 memcpy(copy, text, n);
             }
@@ -117,15 +127,14 @@ static Module *module_again(Eval *ev, const char *real, Scope *scope) {
 
 static Module *parse_module(Eval *ev, const char *path, const char *text, size_t size, Span from,
                             Scope *scope) {
-    const SourceFile *file = source_add(ev->sources, path, text, size, from);
+    const SourceFile *file = source_adopt(ev->sources, path, text, size, from);
     if (!file) {
         eval_error_at(ev, from, NULL, "'%s' is too large", path);
         return NULL;
     }
     hash_add(&ev->loader->hash, text, size);
     Module *module = ARENA_NEW(ev->arena, Module);
-    module->syntax =
-        syntax_parse_runs(ev->arena, lower_arena(ev), ev->symbols, file, ev->diag);
+    module->syntax = syntax_parse_runs(ev->arena, lower_arena(ev), ev->symbols, file, ev->diag);
     module->scope = scope;
     module->n_flags = module->syntax->n_nodes;
     module->flags = ARENA_ARRAY(ev->arena, module->n_flags, uint8_t);
@@ -135,7 +144,7 @@ static Module *parse_module(Eval *ev, const char *path, const char *text, size_t
 
 static Module *read_module(Eval *ev, const char *path, Span where, Scope *scope) {
     size_t size;
-    const char *text = loader_read(ev->arena, path, &size);
+    const char *text = loader_read(ev->sources->arena, path, &size);
     if (!text) {
         eval_error_at(ev, where, NULL, "cannot read '%s': %s", path, strerror(errno));
         ev->has_failed_file = true;
@@ -160,8 +169,11 @@ static const char *real_path(Arena *arena, const char *path) {
 
 Module *loader_script(Eval *ev, const char *path, const char *text, size_t size) {
     Loader *loader = ev->loader;
-    if (!text) {
-        text = loader_read(ev->arena, path, &size);
+    if (text) {
+        char *copy = arena_alloc(ev->sources->arena, size + SOURCE_PADDING);
+        text = memcpy(copy, text, size);
+    } else {
+        text = loader_read(ev->sources->arena, path, &size);
         if (!text) {
             eval_error_at(ev, (Span){0, 0}, NULL, "cannot read '%s': %s", path, strerror(errno));
             ev->has_failed_file = true;

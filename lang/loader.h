@@ -15,8 +15,8 @@ typedef struct Loader Loader;
 
 Loader *loader_new(Arena *arena, const LoadOptions *options);
 
-// The whole of a file, "-": of standard input; NULL: errno says why. Bounded by what a Sources can
-// hold.
+// The whole of a file, "-": of standard input; SOURCE_PADDING NULs follow. NULL: errno says why.
+// Bounded by what a Sources can hold.
 char *loader_read(Arena *arena, const char *path, size_t *size);
 
 // Reads and parses the script; NULL: reported.

@@ -91,14 +91,6 @@ void eval_emit_statement(Eval *ev, const Env *env, const Place *place, NodeId st
 // After a statement: the next one's mistakes are its own.
 void eval_statement_ends(Eval *ev);
 
-// ---- lang/eval_run.c
-
-// All statements of a NODE_RUN.
-void eval_emit_run(Eval *ev, const Env *env, const Place *place, NodeId statement,
-                   bool has_objects, const char *name);
-
-// ---- lang/eval_block.c
-
 // The place within an object's block.
 Place place_within(Eval *ev, const Place *place, const Object *object);
 

@@ -100,8 +100,7 @@ static bool may_sign(const Token *tokens, size_t n, size_t k) {
 }
 
 // False: the statement is no pattern.
-static bool make_pattern(const Parser *p, NodeId node, uint32_t lo, uint32_t hi,
-                         Pattern *pattern) {
+static bool make_pattern(const Parser *p, NodeId node, uint32_t lo, uint32_t hi, Pattern *pattern) {
     Token tokens[RUN_MAX_TOKENS];
     size_t n = read_tokens(p, lo, hi, tokens);
     uint32_t from = lo;

@@ -7,44 +7,46 @@
 // A line number costs a look-up and at most this many characters to scan.
 enum { LINE_BLOCK = 1024 };
 
-// So many NULs follow the text: who reads a few characters ahead needs no test for the end.
-enum { TEXT_PADDING = 8 };
-
 static const uint32_t *count_lines(Arena *arena, const char *text, size_t size) {
     uint32_t *counts = ARENA_ARRAY(arena, size / LINE_BLOCK + 1, uint32_t);
     uint32_t lines = 0;
-    for (size_t i = 0; i < size; i++) {
-        if (i % LINE_BLOCK == 0) {
-            counts[i / LINE_BLOCK] = lines;
+    for (size_t block = 0; block <= size / LINE_BLOCK; block++) {
+        const char *at = text + block * LINE_BLOCK, *end = at + LINE_BLOCK;
+        end = end < text + size ? end : text + size;
+        counts[block] = lines;
+        while ((at = memchr(at, '\n', (size_t)(end - at)))) {
+            lines++;
+            at++;
         }
-        lines += text[i] == '\n';
-    }
-    if (size % LINE_BLOCK == 0) {
-        counts[size / LINE_BLOCK] = lines;
     }
     return counts;
 }
 
 const SourceFile *source_add(Sources *sources, const char *path, const char *text, size_t size,
                              Span included_from) {
+    char *copy = arena_alloc(sources->arena, size + SOURCE_PADDING);
+    if (size) {
+        memcpy(copy, text, size);
+    }
+    return source_adopt(sources, path, copy, size, included_from);
+}
+
+const SourceFile *source_adopt(Sources *sources, const char *path, const char *text, size_t size,
+                               Span included_from) {
     uint32_t base = sources->end ? sources->end : 1;
     if (size >= UINT32_MAX - 16 - base) {
         return NULL;
-    }
-    char *copy = arena_alloc(sources->arena, size + TEXT_PADDING);
-    if (size) {
-        memcpy(copy, text, size);
     }
     sources->files = arena_grow(sources->arena, sources->files, sources->n_files,
                                 &sources->capacity, sizeof *sources->files);
     SourceFile *file = &sources->files[sources->n_files++];
     *file = (SourceFile){
         .path = arena_string(sources->arena, path, strlen(path)),
-        .text = copy,
+        .text = text,
         .base = base,
         .size = (uint32_t)size,
         .included_from = included_from,
-        .lines = count_lines(sources->arena, copy, size),
+        .lines = count_lines(sources->arena, text, size),
     };
     sources->end = base + (uint32_t)size + 1;
     return file;

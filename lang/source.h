@@ -29,7 +29,14 @@ typedef struct {
     uint32_t end; // the next file's base; begins at 1
 } Sources;
 
-// Copies text. NULL when the space of 2^32 - 16 offsets is full.
+// So many NULs follow a text: who reads a few characters ahead needs no test for the end.
+enum { SOURCE_PADDING = 8 };
+
+// The text is borrowed: it is followed by SOURCE_PADDING NULs and lives as long as the Sources.
+// NULL when the space of 2^32 - 16 offsets is full.
+const SourceFile *source_adopt(Sources *sources, const char *path, const char *text, size_t size,
+                               Span included_from);
+// Copies text.
 const SourceFile *source_add(Sources *sources, const char *path, const char *text, size_t size,
                              Span included_from);
 const SourceFile *source_of(const Sources *sources, uint32_t offset); // NULL: nowhere

@@ -147,9 +147,8 @@ static uint32_t end_of(const Syntax *syntax, NodeId id) {
         return end_of_block(syntax, id, node);
     case NODE_PARAMS:
         return end_of_params(syntax, node);
-    case NODE_RUN:
     case NODE_NONE:
-    case NODE_KINDS:
+    case NODE_RUN:
         break;
     }
     return node->lo;

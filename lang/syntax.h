@@ -52,8 +52,8 @@ typedef enum {
     NODE_OBJECT,
     NODE_BLOCK,  // a = extra: statements, b = their number
     NODE_PARAMS, // a = extra: (Symbol, its offset, default or 0)..., b = their number
-    NODE_RUN,    // a = index into runs; only from syntax_parse_runs
-    NODE_KINDS
+    NODE_KINDS,
+    NODE_RUN = NODE_KINDS, // a = index into runs: no node of the grammar (lang/run.h)
 } NodeKind;
 
 typedef enum {
