@@ -50,7 +50,7 @@ bool dag_is_const(const Dag *dag, Ref ref, double *value) {
     return true;
 }
 
-static bool is_finite(const Dag *dag, Ref ref) {
+bool dag_is_finite(const Dag *dag, Ref ref) {
     return dag->nodes[ref].bound != BOUND_NONE;
 }
 
@@ -280,7 +280,7 @@ static Ref simplify_sub(Dag *dag, Ref a, Ref b) {
     if (is_value(dag, a, 0)) {
         return negate(dag, b);
     }
-    if (a == b && is_finite(dag, a)) {
+    if (a == b && dag_is_finite(dag, a)) {
         return dag_const(dag, 0);
     }
     if (is_op(dag, b, OP_NEG)) {
@@ -295,7 +295,7 @@ static Ref simplify_scale(Dag *dag, Ref a, Ref b) {
     if (!dag_is_const(dag, b, &k)) {
         return REF_NONE;
     }
-    if (k == 0 && is_finite(dag, a)) {
+    if (k == 0 && dag_is_finite(dag, a)) {
         return dag_const(dag, 0);
     }
     if (k == 1) {
@@ -411,7 +411,7 @@ static Ref simplify_same(Dag *dag, Op op, Ref a) {
         return dag_const(dag, 0);
     case OP_LE:
     case OP_EQ:
-        return is_finite(dag, a) ? dag_const(dag, 1) : REF_NONE;
+        return dag_is_finite(dag, a) ? dag_const(dag, 1) : REF_NONE;
     default:
         return REF_NONE;
     }

@@ -38,6 +38,7 @@ Ref dag_column(Dag *dag, Ref a, const double *values, uint32_t n);
 Ref dag_search_unseen(Dag *dag, Ref a, const double *values, uint32_t n);
 
 bool dag_is_const(const Dag *dag, Ref ref, double *value); // value may be NULL
+bool dag_is_finite(const Dag *dag, Ref ref);               // for sure, and never NaN
 uint32_t dag_inputs(const Dag *dag, Ref ref);              // bit i: Input i is read
 uint32_t dag_n_nodes(const Dag *dag);
 

@@ -99,6 +99,9 @@ bool eval_need(Eval *ev, const Env *env, NodeId node, Ref ref, const char *what,
 bool eval_need_bool(Eval *ev, const Env *env, NodeId node, const Value *value, const char *what,
                     const char *hint, bool *x);
 
+// What depends on batched loops alone: is it in [low, high] for all copies? If not, asks for them.
+bool eval_copies_within(Eval *ev, Ref ref, double low, double high);
+
 // What the inputs are called, the first of a set: "t", "p", "i".
 const char *eval_input_name(uint32_t inputs);
 

@@ -142,6 +142,53 @@ bool eval_need_bool(Eval *ev, const Env *env, NodeId node, const Value *value, c
     }
 }
 
+// ---- All copies of a batched loop
+
+// The values of a loop's variable for the copies [first, first + n): the innermost changes fastest.
+static void loop_values(const Loops *loop, size_t every, size_t first, size_t n, double *values) {
+    for (size_t i = 0; i < n; i++) {
+        values[i] = loop->values[(first + i) / every % loop->n_values];
+    }
+}
+
+static bool all_within(const Program *program, const Loops *loops, double low, double high) {
+    enum { COPIES = 1024 };
+    double values[EVAL_MAX_LOOPS][COPIES], results[COPIES], *out = results;
+    ProgramInputs in = {0};
+    bool is_within = true;
+    for (size_t first = 0; first < loops->n_instances && is_within; first += COPIES) {
+        size_t n = loops->n_instances - first < COPIES ? loops->n_instances - first : COPIES;
+        size_t every = 1;
+        for (const Loops *loop = loops; loop; every *= loop->n_values, loop = loop->parent) {
+            Input input = (Input)(IN_LOOP0 + loop->depth);
+            loop_values(loop, every, first, n, values[loop->depth]);
+            in.at[input] = values[loop->depth];
+            in.varying |= 1u << input;
+        }
+        program_run(program, &in, n, &out);
+        for (size_t i = 0; i < n; i++) {
+            is_within &= isfinite(results[i]) && results[i] >= low && results[i] <= high;
+        }
+    }
+    return is_within;
+}
+
+bool eval_copies_within(Eval *ev, Ref ref, double low, double high) {
+    uint32_t inputs = dag_inputs(ev->dag, ref);
+    if (!ev->loops || !inputs || (inputs & ~LOOP_INPUTS)) {
+        return true;
+    }
+    if (isinf(low) && isinf(high) && dag_is_finite(ev->dag, ref)) {
+        return true;
+    }
+    Arena scratch = {0};
+    const Program *program = dag_compile(ev->dag, &scratch, &ref, 1);
+    bool is_within = all_within(program, ev->loops, low, high);
+    arena_free(&scratch);
+    ev->unroll |= is_within ? 0 : inputs >> IN_LOOP0;
+    return is_within;
+}
+
 // ---- Sequences
 
 static bool range_sequence(Eval *ev, const Env *env, NodeId node, const Range *range,

@@ -114,6 +114,8 @@ static bool check_scalars(Eval *ev, const Env *env, NodeId node, const PropertyI
             eval_error(ev, env, node, NULL, "%s can not depend on %s", info->name,
                        eval_input_name(read & ~inputs));
             return false;
+        } else if (!eval_copies_within(ev, refs[i], info->low, info->high)) {
+            return false;
         }
     }
     return true;

@@ -65,7 +65,7 @@ typedef struct {
 
 typedef struct Program Program;
 
-// Copies everything into the arena but tables that last. code[n_code] is in order (operands before their use);
+// Copies everything but lasting tables. code[n_code] is in order (operands before their use);
 // out[n_out] are indices into it. Dead instructions are dropped, the rest scheduled.
 Program *program_new(Arena *arena, const Instr *code, uint32_t n_code, const uint32_t *out,
                      uint32_t n_out, const ProgramTable *tables, uint32_t n_tables);
