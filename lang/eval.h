@@ -102,8 +102,7 @@ bool eval_need_bool(Eval *ev, const Env *env, NodeId node, const Value *value, c
 // What depends on batched loops alone: is it in [low, high] for all copies? If not, asks for them.
 bool eval_copies_within(Eval *ev, Ref ref, double low, double high);
 
-// What the inputs are called, the first of a set: "t", "p", "i".
-const char *eval_input_name(uint32_t inputs);
+const char *eval_input_name(uint32_t inputs); // of the first of a set: "t", "p", "i"
 
 // Values of a list or range that must be known now. False: reported, or asked for.
 // n_values and either items (list) or numbers (range, NULL for lists).

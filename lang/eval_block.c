@@ -246,7 +246,10 @@ void eval_gather(Eval *ev, const Env *env, Object *object, NodeId block) {
 static void emit_values(Eval *ev, const Env *env, const Place *place, NodeId statement,
                         const Sequence *sequence, bool has_objects, const char *name) {
     NodeId block = loop_block(env, statement);
-    for (uint32_t i = 0; i < sequence->n && eval_step(ev, env, statement); i++) {
+    unsigned n_errors = diag_n_errors(ev->diag); // the first value with a mistake is enough
+    for (uint32_t i = 0;
+         i < sequence->n && diag_n_errors(ev->diag) == n_errors && eval_step(ev, env, statement);
+         i++) {
         Env inside = inner(ev, env);
         Place here = *place;
         here.suffix = arena_printf(ev->arena, "%s[%u]", place->suffix, i);
