@@ -7,6 +7,7 @@
 
 #include "lang/color.h"
 #include "lang/functions.h"
+#include "lang/loader.h"
 #include "lang/watch.h"
 
 static Ref ref1(const BuiltinCall *call, uint32_t i) {
@@ -311,6 +312,27 @@ static Value run_checker(const BuiltinCall *call) {
     }
     Ref is_odd = functions_checker(dag_of(call), p, ref1(call, 1));
     return eval_select(call->ev, call->env, call->node, is_odd, call->args[3], call->args[2]);
+}
+
+// Straight lines between the rows, each end held: y[i] + (x - x[i]) * slope[i].
+static Value run_table(const BuiltinCall *call) {
+    Dag *dag = dag_of(call);
+    const Table *table = loader_table(call->ev, call->env, node_of(call, 0), &call->args[0]);
+    if (!table) {
+        return value_poison();
+    }
+    uint32_t n = table->n;
+    double *slopes = ARENA_ARRAY(call->ev->arena, n, double);
+    for (uint32_t i = 0; i + 1 < n; i++) {
+        slopes[i] = (table->ys[i + 1] - table->ys[i]) / (table->xs[i + 1] - table->xs[i]);
+    }
+    Ref x = functions_clamp(dag, ref1(call, 1), dag_const(dag, table->xs[0]),
+                            dag_const(dag, table->xs[n - 1]));
+    Ref row = dag_table_op(dag, OP_SEARCH, x, table->xs, n);
+    Ref along = dag_op(dag, OP_SUB, x, dag_table_op(dag, OP_TABLE, row, table->xs, n), REF_NONE);
+    Ref rise = dag_op(dag, OP_MUL, along, dag_table_op(dag, OP_TABLE, row, slopes, n), REF_NONE);
+    return number(
+        dag_op(dag, OP_ADD, dag_table_op(dag, OP_TABLE, row, table->ys, n), rise, REF_NONE));
 }
 
 // ---- Text, colors, materials

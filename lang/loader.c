@@ -34,6 +34,7 @@ struct Loader {
     bool *define_is_used;
     Included *included;
     ReadMesh *meshes;
+    Table *tables;
     const char **files;
     const char *library; // the folder of the standard library; NULL: there is none
     size_t n_included, included_capacity, n_meshes, meshes_capacity, n_files, files_capacity;
@@ -471,6 +472,10 @@ const char *loader_text(Eval *ev, const Env *env, NodeId node, const Value *name
     copy = ARENA_ARRAY(ev->arena, *size + 1, char);
     memcpy(copy, text, *size);
     return copy;
+}
+
+Table **loader_tables(Eval *ev) {
+    return &ev->loader->tables;
 }
 
 void loader_hash_add(Eval *ev, const void *bytes, size_t n) {

@@ -50,6 +50,18 @@ const Value *loader_sequence(Eval *ev, const Given *pattern, uint32_t *n);
 // The whole of a text file, ended by a NUL; NULL: reported.
 const char *loader_text(Eval *ev, const Env *env, NodeId node, const Value *name, size_t *size);
 
+// Rows of a text file: y at x, or one column, whose x count from 0. xs ascend.
+typedef struct Table {
+    struct Table *next;
+    const Module *module; // the file's name counts from there
+    Symbol name;
+    uint32_t n;
+    double *xs, *ys;
+} Table;
+
+// The same file is read once; NULL: reported.
+const Table *loader_table(Eval *ev, const Env *env, NodeId node, const Value *name);
+
 // More that the scene was made from.
 void loader_hash_add(Eval *ev, const void *bytes, size_t n);
 

@@ -8,4 +8,7 @@
 // The i-th folder in which a name that stands in a script is looked for; NULL: there are no more.
 const char *loader_folder(Eval *ev, const Env *env, const Value *name, size_t i);
 
+// The tables read so far.
+Table **loader_tables(Eval *ev);
+
 #endif
