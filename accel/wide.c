@@ -61,20 +61,21 @@ void wide_destroy(Accel *accel) {
     free(wide);
 }
 
-// An estimate from above of what a build takes at its peak: at the worst 4 primitives a cluster,
-// each cluster in MAX_COPIES references after the cuts in time.
-static size_t most_bytes(const Geometry *g) {
-    enum { MAX_COPIES = 6 };
-    size_t clusters = (size_t)g->n_prims / 4 + 2;
+// What a build is expected to take at its peak, on the large side: half-full clusters, each in
+// COPIES references where cuts in time can multiply them. What was really taken is checked later.
+static size_t expected_bytes(const Geometry *g) {
+    enum { FILL = CLUSTER_LANES / 2, COPIES = 6 };
+    size_t clusters = (size_t)g->n_prims / FILL + 2;
     size_t keys = g->n_keys * (4 * CLUSTER_LANES + 6) * sizeof(float);
     size_t reference = 2 * sizeof(BinaryNode) + 200 + sizeof(WideNode) / 4;
     size_t work = (size_t)g->n_prims * 88 + (size_t)g->n_vertices * 16;
-    return work + clusters * (sizeof(Cluster) + keys + MAX_COPIES * reference) + sizeof(WideTree);
+    size_t tree = (g->n_keys > 1 ? COPIES : 1) * reference;
+    return work + clusters * (sizeof(Cluster) + keys + tree) + sizeof(WideTree);
 }
 
 Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelStats *stats) {
     // The kd-tree gets coarser within any bound; this one has a size and either fits or does not.
-    size_t reserved = most_bytes(geometry);
+    size_t reserved = expected_bytes(geometry);
     if (options->memory && reserved > options->memory) {
         return kd4_accel_build(geometry, options, stats);
     }

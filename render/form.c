@@ -211,7 +211,7 @@ bool form_build(Form *form, const AccelType *type, const AccelOptions *options, 
         snprintf(why, n, "no memory for a structure over %u primitives", form->n_prims);
         return false;
     }
-    return !validate || type->validate(form->accel, why, n);
+    return !validate || form->accel->type->validate(form->accel, why, n);
 }
 
 void form_destroy(Form *form) {

@@ -32,7 +32,7 @@ test_same_bytes_alone_and_among_others() {
 test_same_bytes_for_any_memory() {
     SCENE=head
     render much -f 11-12 --stats much.json
-    render little -f 11-12 --memory 1M --stats little.json
+    render little -f 11-12 --memory 1M --stats little.json --validate
     same much/frame.0011.exr little/frame.0011.exr
     same much/frame.0012.exr little/frame.0012.exr
     [ "$(grep -o '"blocks": *[0-9]*' much.json)" != "$(grep -o '"blocks": *[0-9]*' little.json)" ] ||
