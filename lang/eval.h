@@ -56,13 +56,13 @@ typedef struct {
     double fps;         // > 0 once the film is known; the unit f needs it
     uint64_t steps, max_steps;
     uint32_t calls, depth;
-    unsigned n_noted;  // errors before the last one whose call was shown
-    uint32_t unroll;   // bit k: the batched loop k must be walked value by value
-    bool stopped;      // steps or calls ran out: everything is poison until the next statement
-    bool reads_film;   // the film is evaluated before everything else: now
-    bool has_bad_file; // an included file could not be parsed
+    unsigned n_noted;     // errors before the last one whose call was shown
+    uint32_t unroll;      // bit k: the batched loop k must be walked value by value
+    bool stopped;         // steps or calls ran out: everything is poison until the next statement
+    bool reads_film;      // the film is evaluated before everything else: now
+    bool has_bad_file;    // an included file could not be parsed
+    bool has_failed_file; // a file was missing or damaged
     struct GivenBlock *free_given; // lang/eval_property.c
-    bool has_failed_file;          // a file was missing or damaged
     Loops *loops;                  // batched, around the place where the walk is
     const struct RunLoop *runs;    // those of them that are runs
     struct Loader *loader;         // lang/loader.h
@@ -94,7 +94,7 @@ typedef enum {
 } Known;
 Known eval_known(Eval *ev, Ref ref, double *x);
 
-// The number that must be known now; false: reported (or asked for). what: "the end of a range".
+// A number that must be known; false: reported (or asked for). what: "the end of a range".
 bool eval_need(Eval *ev, const Env *env, NodeId node, Ref ref, const char *what, double *x);
 bool eval_need_bool(Eval *ev, const Env *env, NodeId node, const Value *value, const char *what,
                     const char *hint, bool *x);
@@ -146,9 +146,7 @@ bool eval_bind(Eval *ev, const Env *env, NodeId node, ExtraId args, const Module
 // A note after mistakes in what was called, with the innermost call. n_errors: before it.
 void eval_note_call(Eval *ev, unsigned n_errors, Span where, const Module *module, NodeId callee);
 
-// ---- lang/loader.c
-
-// A property's default, from the schema; poison: it has none.
+// lang/loader.c: a property's default, from the schema; poison: it has none.
 Value eval_default(Eval *ev, PropertyId id);
 
 #endif
