@@ -435,7 +435,7 @@ static double expected(const double times[3], double t, uint32_t v, uint32_t c) 
 }
 
 static void check_track(const Shape *shape, const double times[3]) {
-    static const uint32_t point[6] = {0, 1, 2, 3, 0, 2}; // the file's two seams follow its vertices
+    static const uint32_t point[6] = {0, 1, 2, 3, 0, 2}; // behind the file's own, the seam's
     static const double asked[] = {-3, 0.5, 0.51, 0.6123, 0.75, 1.99, 2, 77};
     double x[64], y[64], z[64], *out[3] = {x, y, z};
     assert_int_equal(shape->track->n_vertices, 6);
@@ -466,7 +466,7 @@ static void caches_are_their_files_numbers(void **state) {
     check_track(&scene->shapes[0], mdd_times);
     check_track(&scene->shapes[1], pc2_times);
     assert_non_null(strstr(f.text, "[-Wread-outside]"));
-    // Fit doubles and centers the file's square; the cache goes the same way, middles in the middle.
+    // Fit doubles and centers the file's square, and the cache with it; middles stay in the middle.
     const Shape *shape = &scene->shapes[2];
     double x[64], y[64], z[64], *out[3] = {x, y, z};
     run_track(shape->track, 0.6, out);
