@@ -319,9 +319,10 @@ static void add_baked(Work *w) {
     s->n_breaks = 0;
     for (size_t i = 0; i < w->n_baked; i++) {
         const Shape *shape = w->baked[i].shape;
+        bool is_first = i == 0 || w->baked[i - 1].shape != shape; // of those that are visible
         s->tolerance = fmin(s->tolerance, tolerance_of(w, shape));
         s->samples = shape->samples > s->samples ? shape->samples : s->samples;
-        if (shape->breaks && (program_reads_loops(shape->breaks) || w->baked[i].instance == 0)) {
+        if (shape->breaks && (is_first || program_reads_loops(shape->breaks))) {
             breaks[s->n_breaks++] = (SampleBreaks){shape, shape_loops(shape, w->baked[i].instance)};
         }
     }

@@ -72,6 +72,27 @@ END
     expect 1 "$ST4" compare sharp.exr ring.exr --metric rmse --fail-above 0.1
 }
 
+# A jump within the frame is no motion to sample finely, also where the first copies are left out.
+test_baked_copies_jump() {
+    cat >jump.st4 <<'END'
+film { size = <32, 32> }
+shutter { angle = 360deg  phase = start }
+camera { from = <0, 0, 5> }
+param least = 0
+for i in 0..2 {
+  surface {
+    visible = i > least  bake = true  res = <2, 2>
+    fn at(u, v) = <u - 0.5, v - 0.5, 0>
+    fn deform(p) = p + (t < 0.3/24 ? <0, 0, 0> : <1, 0, 0>)
+  }
+}
+END
+    local least
+    for least in -1 0 1; do
+        expect 0 "$ST4" jump.st4 -D least=$least -s 1 -Werror -o jump.exr
+    done
+}
+
 test_compare_measures() {
     cat >even.st4 <<'END'
 film { size = <16, 16> }
