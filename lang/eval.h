@@ -87,11 +87,8 @@ Value eval_error_at(Eval *ev, Span where, const char *hint, const char *format, 
 // Counts a step of work; false: they ran out (reported), be silent.
 bool eval_step(Eval *ev, const Env *env, NodeId node);
 
-typedef enum {
-    KNOWN,       // *x has it
-    KNOWN_LATER, // depends on batched loops alone: asked for, be silent
-    KNOWN_NEVER, // depends on t or the like
-} Known;
+// KNOWN: *x has it. LATER: depends on batched loops alone, asked for, be silent. NEVER: on t.
+typedef enum { KNOWN, KNOWN_LATER, KNOWN_NEVER } Known;
 Known eval_known(Eval *ev, Ref ref, double *x);
 
 // A number that must be known; false: reported (or asked for). what: "the end of a range".
