@@ -63,7 +63,6 @@ bool kd4_build(const BoxSegment *boxes, uint32_t n, const TimeAxis *axis,
 bool kd4_validate(const Kd4Tree *tree, const BoxSegment *boxes, uint32_t n, char *why, size_t size);
 
 size_t kd4_bytes(const Kd4Tree *tree);
-void kd4_free(Kd4Tree *tree, Budget *budget);
 
 // Rounds a double box outward to float and pads it (per axis) against the rounding of kernels and
 // traversal: 16u of the largest coordinate, 8u of the largest extent, and 1e-36, u = 2^-24.

@@ -140,15 +140,6 @@ size_t kd4_bytes(const Kd4Tree *tree) {
            (tree->n_list ? tree->n_list : 1) * sizeof *tree->list;
 }
 
-void kd4_free(Kd4Tree *tree, Budget *budget) {
-    if (tree->nodes) {
-        budget->used -= kd4_bytes(tree);
-    }
-    free(tree->nodes);
-    free(tree->list);
-    *tree = (Kd4Tree){0};
-}
-
 void kd4_pad_box(const double lo[3], const double hi[3], const double largest[3], float out_lo[3],
                  float out_hi[3]) {
     const double u = 0x1p-24;

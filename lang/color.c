@@ -74,10 +74,6 @@ Ref3 color_hsv(Dag *dag, Ref hue, Ref saturation, Ref value) {
                 hsv_channel(dag, 1, hue, saturation, value));
 }
 
-Ref color_luminance(Dag *dag, Ref3 rgb) {
-    return spatial_dot(dag, rgb, spatial_const(dag, 0.2126, 0.7152, 0.0722));
-}
-
 // --- Black bodies ---
 
 // c[0] + c[1] x + c[2] x^2 + c[3] x^3

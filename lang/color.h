@@ -23,7 +23,4 @@ Ref3 color_hsv(Dag *dag, Ref hue, Ref saturation, Ref value);
 // from 1667 K to 25000 K; temperatures outside are taken as the nearest of these.
 Ref3 color_kelvin(Dag *dag, Ref kelvin);
 
-// Relative luminance of linear RGB.
-Ref color_luminance(Dag *dag, Ref3 rgb);
-
 #endif

@@ -50,10 +50,6 @@ Ref3 spatial_sub(Dag *dag, Ref3 a, Ref3 b) {
     return ref3(minus(dag, a.x, b.x), minus(dag, a.y, b.y), minus(dag, a.z, b.z));
 }
 
-Ref3 spatial_mul(Dag *dag, Ref3 a, Ref3 b) {
-    return ref3(times(dag, a.x, b.x), times(dag, a.y, b.y), times(dag, a.z, b.z));
-}
-
 Ref3 spatial_scale(Dag *dag, Ref3 a, Ref k) {
     return ref3(times(dag, a.x, k), times(dag, a.y, k), times(dag, a.z, k));
 }

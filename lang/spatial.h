@@ -33,7 +33,6 @@ static inline Ref3 ref3(Ref x, Ref y, Ref z) {
 Ref3 spatial_const(Dag *dag, double x, double y, double z);
 Ref3 spatial_add(Dag *dag, Ref3 a, Ref3 b);
 Ref3 spatial_sub(Dag *dag, Ref3 a, Ref3 b);
-Ref3 spatial_mul(Dag *dag, Ref3 a, Ref3 b); // by components
 Ref3 spatial_scale(Dag *dag, Ref3 a, Ref k);
 Ref spatial_dot(Dag *dag, Ref3 a, Ref3 b);
 Ref3 spatial_cross(Dag *dag, Ref3 a, Ref3 b);
@@ -62,7 +61,6 @@ RefQuat spatial_quat_exp(Dag *dag, Ref3 half, Ref k);
 // Quaternion Curves", SIGGRAPH 1985.
 RefQuat spatial_slerp(Dag *dag, RefQuat a, RefQuat b, Ref s);
 
-RefMap spatial_map_identity(Dag *dag);
 RefMap spatial_map_translate(Dag *dag, Ref3 by);
 RefMap spatial_map_scale(Dag *dag, Ref3 by);
 RefMap spatial_map_rotate(Dag *dag, Ref3 axis, Ref angle);

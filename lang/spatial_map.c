@@ -33,10 +33,6 @@ static Ref3 unit(Dag *dag, int k) {
     return spatial_const(dag, k == 0, k == 1, k == 2);
 }
 
-RefMap spatial_map_identity(Dag *dag) {
-    return from_columns(unit(dag, 0), unit(dag, 1), unit(dag, 2), spatial_const(dag, 0, 0, 0));
-}
-
 RefMap spatial_map_translate(Dag *dag, Ref3 by) {
     return from_columns(unit(dag, 0), unit(dag, 1), unit(dag, 2), by);
 }
