@@ -2,7 +2,7 @@
 # make            builds ./st4                      make test    sets up, builds, runs every test
 # make demo       sets up, builds, renders frames   make check   style and consistency, no tests
 # make deps       installs the system packages that are missing
-# make bench      structures against Embree
+# make bench      structures against Embree         make bench-lang  language against C, POV-Ray
 # config=release|debug|asan|ubsan selects flags and the folder build/$(config).
 
 config ?= release
@@ -125,6 +125,14 @@ bench:
 
 run-bench: $(B)/bench-accel
 	$(B)/bench-accel $(if $(obj),--obj $(obj)) $(bench)
+
+# Deforming against a loop in C, loading against POV-Ray, where that is installed.
+.PHONY: bench-lang
+bench-lang: st4 $(B)/bench-lang
+	@ST4=$(B)/st4 BENCH=$(B)/bench-lang tests/bench/bench_lang.sh
+
+$(B)/bench-lang: $(B)/tests/bench/bench_lang.o $(B)/tests/bench/deform_scene.o $(LIBRARY)
+	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) $(LDLIBS)
 
 $(B)/bench-accel: $(B)/tests/bench/bench_accel.o $(B)/tests/bench/scenes.o $(LIBRARY)
 	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lembree3 $(LDLIBS)

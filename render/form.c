@@ -11,12 +11,21 @@ enum {
     TREE_BYTES_STILL = 96 // per primitive, of any tree
 };
 
+// Of numbers: fmin and fmax are calls, for the sake of NaN.
+static double smaller(double a, double b) {
+    return a < b ? a : b;
+}
+
+static double larger(double a, double b) {
+    return a > b ? a : b;
+}
+
 Bounds bounds_add(Bounds b, Vec3 p) {
     if (!vec3_is_finite(p)) {
         return b;
     }
-    return (Bounds){{fmin(b.lo.x, p.x), fmin(b.lo.y, p.y), fmin(b.lo.z, p.z)},
-                    {fmax(b.hi.x, p.x), fmax(b.hi.y, p.y), fmax(b.hi.z, p.z)}};
+    return (Bounds){{smaller(b.lo.x, p.x), smaller(b.lo.y, p.y), smaller(b.lo.z, p.z)},
+                    {larger(b.hi.x, p.x), larger(b.hi.y, p.y), larger(b.hi.z, p.z)}};
 }
 
 Bounds bounds_join(Bounds a, Bounds b) {
@@ -24,22 +33,37 @@ Bounds bounds_join(Bounds a, Bounds b) {
                     {fmax(a.hi.x, b.hi.x), fmax(a.hi.y, b.hi.y), fmax(a.hi.z, b.hi.z)}};
 }
 
-Bounds mover_bounds(const Mover *mover, double seconds) {
+// So many points at once: they stay in the cache between the program and what becomes of them.
+enum { POINTS = 2048 };
+
+typedef struct {
+    double at[4][POINTS];
+} Points;
+
+// From `first` on; returns how many.
+static size_t points_run(Points *points, const Mover *mover, size_t first, double seconds) {
     Arena scratch = {0};
-    double *c[4] = {NULL};
-    for (uint32_t k = 0; k < mover->width; k++) {
-        c[k] = ARENA_ARRAY(&scratch, mover->n, double);
-    }
-    mover_run(mover, seconds, &scratch, c);
+    size_t n = mover->n - first < POINTS ? mover->n - first : POINTS;
+    double *const out[4] = {points->at[0], points->at[1], points->at[2], points->at[3]};
+    mover_run_some(mover, first, n, seconds, &scratch, out);
+    arena_free(&scratch);
+    return n;
+}
+
+Bounds mover_bounds(const Mover *mover, double seconds) {
+    Points points;
     Bounds b = bounds_empty();
-    for (size_t i = 0; i < mover->n; i++) {
-        double r = mover->width == 4 ? c[3][i] : 0;
-        if (r >= 0) {
-            b = bounds_add(b, vec3(c[0][i] - r, c[1][i] - r, c[2][i] - r));
-            b = bounds_add(b, vec3(c[0][i] + r, c[1][i] + r, c[2][i] + r));
+    for (size_t first = 0; first < mover->n; first += POINTS) {
+        size_t n = points_run(&points, mover, first, seconds);
+        for (size_t i = 0; i < n; i++) {
+            double r = mover->width == 4 ? points.at[3][i] : 0;
+            Vec3 p = vec3(points.at[0][i], points.at[1][i], points.at[2][i]);
+            if (r >= 0) {
+                b = bounds_add(b, vec3(p.x - r, p.y - r, p.z - r));
+                b = bounds_add(b, vec3(p.x + r, p.y + r, p.z + r));
+            }
         }
     }
-    arena_free(&scratch);
     return b;
 }
 
@@ -163,40 +187,73 @@ static Vec3 stored_point(const Frame *frame, const float p[3]) {
                 frame->center[2] + p[2] / frame->scale);
 }
 
-void form_store_key(Form *form, uint32_t key) {
-    const Sampler *sampler = &form->sampler;
-    const Frame *frame = &sampler->frame;
-    size_t n = sampler->all.n;
-    Arena scratch = {0};
-    double *c[4] = {NULL};
-    for (uint32_t k = 0; k < sampler->all.width; k++) {
-        c[k] = ARENA_ARRAY(&scratch, n, double);
-    }
-    mover_run(&sampler->all, form->key_seconds[key], &scratch, c);
-    // The arrays are this form's own; the geometry shows them as const to those who trace.
-    float *position = (float *)form->geometry.position + (size_t)key * n * 3;
-    float *radius = c[3] ? (float *)form->geometry.radius + (size_t)key * n : NULL;
-    Bounds bounds = bounds_empty();
-    uint32_t n_bad = 0;
+// What was stored of some points.
+typedef struct {
+    Bounds bounds; // in the space of the points
+    uint32_t n_bad;
+} Stored;
+
+static void store_vertices(const Frame *frame, const Points *points, size_t n, float *position,
+                           Stored *stored) {
+    float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (size_t i = 0; i < n; i++) {
-        float *p = &position[3 * i], r = 0;
+        float *p = &position[3 * i];
         for (int k = 0; k < 3; k++) {
-            p[k] = (float)((c[k][i] - frame->center[k]) * frame->scale);
+            p[k] = (float)((points->at[k][i] - frame->center[k]) * frame->scale);
         }
-        if (radius) {
-            r = radius[i] = (float)(c[3][i] * frame->scale);
+        if (p[0] * 0 + p[1] * 0 + p[2] * 0 != 0) { // NaN where one of them is not finite
+            stored->n_bad++;
+            continue;
         }
-        n_bad += !(isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2]) && isfinite(r));
+        for (int k = 0; k < 3; k++) {
+            lo[k] = p[k] < lo[k] ? p[k] : lo[k];
+            hi[k] = p[k] > hi[k] ? p[k] : hi[k];
+        }
+    }
+    if (lo[0] <= hi[0]) { // the way back keeps the order
+        stored->bounds = bounds_add(stored->bounds, stored_point(frame, lo));
+        stored->bounds = bounds_add(stored->bounds, stored_point(frame, hi));
+    }
+}
+
+static void store_spheres(const Frame *frame, const Points *points, size_t n, float *position,
+                          float *radius, Stored *stored) {
+    for (size_t i = 0; i < n; i++) {
+        float *p = &position[3 * i], r = (float)(points->at[3][i] * frame->scale);
+        for (int k = 0; k < 3; k++) {
+            p[k] = (float)((points->at[k][i] - frame->center[k]) * frame->scale);
+        }
+        radius[i] = r;
+        stored->n_bad += !(isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2]) && isfinite(r));
         if (r >= 0 && isfinite(r)) {
             Vec3 at = stored_point(frame, p);
             double reach = (double)r / frame->scale;
-            bounds = bounds_add(bounds, vec3_sub(at, vec3(reach, reach, reach)));
-            bounds = bounds_add(bounds, vec3_add(at, vec3(reach, reach, reach)));
+            Vec3 by = vec3(reach, reach, reach);
+            stored->bounds = bounds_add(stored->bounds, vec3_sub(at, by));
+            stored->bounds = bounds_add(stored->bounds, vec3_add(at, by));
         }
     }
-    form->bounds[key] = bounds;
-    form->n_not_finite[key] = n_bad;
-    arena_free(&scratch);
+}
+
+void form_store_key(Form *form, uint32_t key) {
+    const Sampler *sampler = &form->sampler;
+    size_t total = sampler->all.n, base = (size_t)key * total;
+    // The arrays are this form's own; the geometry shows them as const to those who trace.
+    float *position = (float *)form->geometry.position + base * 3;
+    float *radius = (float *)form->geometry.radius;
+    Stored stored = {bounds_empty(), 0};
+    Points points;
+    for (size_t first = 0; first < total; first += POINTS) {
+        size_t n = points_run(&points, &sampler->all, first, form->key_seconds[key]);
+        if (radius) {
+            store_spheres(&sampler->frame, &points, n, position + 3 * first, radius + base + first,
+                          &stored);
+        } else {
+            store_vertices(&sampler->frame, &points, n, position + 3 * first, &stored);
+        }
+    }
+    form->bounds[key] = stored.bounds;
+    form->n_not_finite[key] = stored.n_bad;
     if (form->normal) {
         Mesh faces = {.n_triangles = form->n_prims, .index = (uint32_t *)form->index};
         smoothing_run(&form->smoothing, &faces, position,

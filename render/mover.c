@@ -199,14 +199,38 @@ static void run_part(const MoverPart *part, double seconds, uint32_t width, Aren
     }
 }
 
-void mover_run(const Mover *mover, double seconds, Arena *scratch, double *const out[4]) {
-    size_t first = 0;
-    for (uint32_t i = 0; i < mover->n_parts; i++) {
-        double *const at[4] = {out[0] + first, out[1] + first, out[2] + first,
-                               mover->width == 4 ? out[3] + first : NULL};
-        run_part(&mover->parts[i], seconds, mover->width, scratch, at);
-        first += mover->parts[i].n;
+// The elements [first, first + n) of a part.
+static MoverPart slice_part(const MoverPart *part, size_t first, size_t n) {
+    MoverPart slice = *part;
+    slice.n = n;
+    slice.rest = part->rest ? part->rest + 3 * first : NULL;
+    for (uint32_t input = 0; input < IN_COUNT; input++) {
+        if (part->in.varying >> input & 1) {
+            slice.in.at[input] += first;
+        }
     }
+    return slice;
+}
+
+void mover_run_some(const Mover *mover, size_t first, size_t n, double seconds, Arena *scratch,
+                    double *const out[4]) {
+    size_t begin = 0, end = first + n; // the part's first element; the last asked for
+    for (uint32_t i = 0; i < mover->n_parts && begin < end; begin += mover->parts[i++].n) {
+        size_t lo = first > begin ? first - begin : 0;
+        size_t hi = mover->parts[i].n < end - begin ? mover->parts[i].n : end - begin;
+        if (lo >= hi) {
+            continue;
+        }
+        MoverPart slice = slice_part(&mover->parts[i], lo, hi - lo);
+        size_t to = begin + lo - first;
+        double *const at[4] = {out[0] + to, out[1] + to, out[2] + to,
+                               mover->width == 4 ? out[3] + to : NULL};
+        run_part(&slice, seconds, mover->width, scratch, at);
+    }
+}
+
+void mover_run(const Mover *mover, double seconds, Arena *scratch, double *const out[4]) {
+    mover_run_some(mover, 0, mover->n, seconds, scratch, out);
 }
 
 static MoverPart subset_part(Arena *arena, const MoverPart *part, const uint32_t *which, size_t n,

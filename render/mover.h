@@ -52,6 +52,10 @@ MoverPart mover_mesh(Arena *arena, const Shape *shape, uint32_t instance);
 // Everything at one instant: out[c][0..n) gets component c. Allocates from scratch.
 void mover_run(const Mover *mover, double seconds, Arena *scratch, double *const out[4]);
 
+// The same for the elements [first, first + n) alone.
+void mover_run_some(const Mover *mover, size_t first, size_t n, double seconds, Arena *scratch,
+                    double *const out[4]);
+
 // A smaller one over the elements which[n], ascending.
 Mover mover_subset(Arena *arena, const Mover *mover, const uint32_t *which, size_t n);
 

@@ -21,6 +21,7 @@ enum {
 
 typedef struct {
     uint8_t op;
+    bool is_paired; // a sine or cosine; the next step is the other of the same angle
     uint32_t a, b, c, table;
     uint32_t inputs; // bit i: Input i is behind it
     uint32_t slot;   // register, where it varies
@@ -48,7 +49,9 @@ const uint8_t op_operands[OP_COUNT] = {
 
 static struct { _Atomic uint64_t runs, elements, instructions; } counters;
 
-static _Atomic(ProgramKernel *) kernel;
+static const ProgramCpu cpu_scalar = {program_kernel_scalar, program_sincos_scalar};
+static const ProgramCpu cpu_avx2 = {program_kernel_avx2, program_sincos_avx2};
+static _Atomic(const ProgramCpu *) cpu;
 
 bool program_set_cpu(const char *name) {
     bool has_avx2 = __builtin_cpu_supports("avx2");
@@ -57,15 +60,15 @@ bool program_set_cpu(const char *name) {
     if (name && !is_scalar && !(is_avx2 && has_avx2)) {
         return false;
     }
-    kernel = is_scalar || !has_avx2 ? program_kernel_scalar : program_kernel_avx2;
+    cpu = is_scalar || !has_avx2 ? &cpu_scalar : &cpu_avx2;
     return true;
 }
 
-static ProgramKernel *kernel_now(void) {
-    if (!kernel) {
+static const ProgramCpu *cpu_now(void) {
+    if (!cpu) {
         program_set_cpu(NULL);
     }
-    return kernel;
+    return cpu;
 }
 
 static void operands_of(const Instr *i, uint32_t operand[3]) {
@@ -136,6 +139,50 @@ static const ProgramTable *copy_tables(Arena *arena, const ProgramTable *tables,
     return copy;
 }
 
+// Taking instructions into a program.
+typedef struct {
+    Program *program;
+    const Instr *code;
+    uint32_t *moved; // where each instruction went
+    uint8_t *live;
+    uint32_t *partner; // [n_code]: the sine or cosine of the same angle that comes later; 0: none
+} Taking;
+
+static void find_partners(const Taking *taking, uint32_t n_code, Arena *scratch) {
+    uint32_t *first = ARENA_ARRAY(scratch, n_code, uint32_t); // by angle, + 1
+    for (uint32_t i = 0; i < n_code; i++) {
+        const Instr *code = &taking->code[i];
+        if (!taking->live[i] || (code->op != OP_SIN && code->op != OP_COS)) {
+            continue;
+        }
+        uint32_t other = first[code->a];
+        if (!other) {
+            first[code->a] = i + 1;
+        } else if (taking->code[other - 1].op != code->op && !taking->partner[other - 1]) {
+            taking->partner[other - 1] = i;
+        }
+    }
+}
+
+static Step *take_step(const Taking *taking, uint32_t i) {
+    Program *p = taking->program;
+    const Instr *code = &taking->code[i];
+    Step *s = &p->steps[p->n_steps];
+    *s = (Step){.op = code->op, .table = code->table, .value = code->value};
+    uint32_t operand[3], *target[3] = {&s->a, &s->b, &s->c};
+    operands_of(code, operand);
+    for (int k = 0; k < op_operands[s->op]; k++) {
+        *target[k] = taking->moved[operand[k]];
+        s->inputs |= p->steps[*target[k]].inputs;
+    }
+    if (s->op == OP_INPUT) {
+        s->inputs = 1u << s->table;
+    }
+    taking->moved[i] = p->n_steps++;
+    taking->live[i] = 0;
+    return s;
+}
+
 Program *program_new(Arena *arena, const Instr *code, uint32_t n_code, const uint32_t *out,
                      uint32_t n_out, const ProgramTable *tables, uint32_t n_tables) {
     Arena scratch = {0};
@@ -149,22 +196,15 @@ Program *program_new(Arena *arena, const Instr *code, uint32_t n_code, const uin
     Program *p = ARENA_NEW(arena, Program);
     p->steps = ARENA_ARRAY(arena, n, Step);
     p->tables = copy_tables(arena, tables, n_tables);
+    Taking taking = {p, code, moved, live, ARENA_ARRAY(&scratch, n_code, uint32_t)};
+    find_partners(&taking, n_code, &scratch);
     for (uint32_t i = 0; i < n_code; i++) {
-        if (!live[i]) {
-            continue;
+        if (live[i]) {
+            take_step(&taking, i)->is_paired = taking.partner[i] != 0;
         }
-        Step *s = &p->steps[p->n_steps];
-        *s = (Step){.op = code[i].op, .table = code[i].table, .value = code[i].value};
-        uint32_t operand[3], *target[3] = {&s->a, &s->b, &s->c};
-        operands_of(&code[i], operand);
-        for (int k = 0; k < op_operands[s->op]; k++) {
-            *target[k] = moved[operand[k]];
-            s->inputs |= p->steps[*target[k]].inputs;
+        if (taking.partner[i]) {
+            take_step(&taking, taking.partner[i]);
         }
-        if (s->op == OP_INPUT) {
-            s->inputs = 1u << s->table;
-        }
-        moved[i] = p->n_steps++;
     }
     uint32_t *outs = ARENA_ARRAY(arena, n_out, uint32_t);
     for (uint32_t i = 0; i < n_out; i++) {
@@ -264,7 +304,29 @@ static void run_uniform(Call *call) {
     }
 }
 
-static uint64_t run_batch(const Call *call, ProgramKernel *run, size_t first, size_t n) {
+// Where the values of an input are: in the caller's array, or, as kernels run over whole groups of
+// 4, in a register of its own at the array's end.
+static double *read_input(const Call *call, const Step *s, size_t first, size_t n, size_t whole) {
+    const double *values = call->in->at[s->table] + first;
+    if (n == whole) {
+        return (double *)values; // it is not written to: no step has an input's register
+    }
+    double *r = call->slots + s->slot * call->batch;
+    memcpy(r, values, n * sizeof *r);
+    for (size_t k = n; k < whole; k++) {
+        r[k] = r[n - 1];
+    }
+    return r;
+}
+
+// A sine and a cosine that follow each other, in either order.
+static void run_pair(const Call *call, const ProgramCpu *kernels, uint32_t i, size_t n) {
+    const Step *s = &call->program->steps[i];
+    uint32_t sine = s->op == OP_SIN ? i : i + 1, cosine = s->op == OP_SIN ? i + 1 : i;
+    kernels->sincos(n, call->at[sine], call->at[cosine], call->at[s->a]);
+}
+
+static uint64_t run_batch(const Call *call, const ProgramCpu *kernels, size_t first, size_t n) {
     const Program *p = call->program;
     size_t whole = (n + 3) & ~(size_t)3;
     uint64_t n_run = 0;
@@ -276,15 +338,18 @@ static uint64_t run_batch(const Call *call, ProgramKernel *run, size_t first, si
         n_run++;
         double *r = call->at[i];
         if (s->op == OP_INPUT) {
-            memcpy(r, call->in->at[s->table] + first, n * sizeof *r);
-            for (size_t k = n; k < whole; k++) {
-                r[k] = r[n - 1];
-            }
+            call->at[i] = read_input(call, s, first, n, whole);
+            continue;
+        }
+        if (s->is_paired) {
+            run_pair(call, kernels, i, whole);
+            n_run++;
+            i++;
             continue;
         }
         const ProgramTable *table =
             s->op == OP_SEARCH || s->op == OP_TABLE ? &p->tables[s->table] : NULL;
-        run((Op)s->op, whole, r, call->at[s->a], call->at[s->b], call->at[s->c], table);
+        kernels->run((Op)s->op, whole, r, call->at[s->a], call->at[s->b], call->at[s->c], table);
     }
     return n_run;
 }
@@ -334,11 +399,11 @@ void program_run(const Program *p, const ProgramInputs *in, size_t n, double *co
                  .at = (double **)(void *)(value + p->n_steps),
                  .batch = batch};
     run_uniform(&call);
-    ProgramKernel *run = kernel_now();
+    const ProgramCpu *kernels = cpu_now();
     uint64_t n_run = 0;
     for (size_t first = 0; first < n; first += batch) {
         size_t size = n - first < batch ? n - first : batch;
-        n_run += run_batch(&call, run, first, size);
+        n_run += run_batch(&call, kernels, first, size);
         for (uint32_t k = 0; k < p->n_out; k++) {
             memcpy(out[k] + first, call.at[p->out[k]], size * sizeof(double));
         }

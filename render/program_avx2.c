@@ -17,5 +17,16 @@
 #define MAP1(name, ulp) EACH4(Sleef_cinz_##name##d4_##ulp##avx(_mm256_loadu_pd(a + i)))
 #define MAP2(name, ulp)                                                                            \
     EACH4(Sleef_cinz_##name##d4_##ulp##avx(_mm256_loadu_pd(a + i), _mm256_loadu_pd(b + i)))
-#define KERNEL_NAME program_kernel_avx2
+#define SINCOS(angle) Sleef_cinz_sincosd4_u10avx(angle)
+#define MAP_SIN()     EACH4(SINCOS(_mm256_loadu_pd(a + i)).x)
+#define MAP_COS()     EACH4(SINCOS(_mm256_loadu_pd(a + i)).y)
+#define KERNEL_NAME   program_kernel_avx2
 #include "render/program_kernels.h"
+
+void program_sincos_avx2(size_t n, double *sine, double *cosine, const double *a) {
+    for (size_t i = 0; i < n; i += 4) {
+        Sleef___m256d_2 both = SINCOS(_mm256_loadu_pd(a + i));
+        _mm256_storeu_pd(sine + i, both.x);
+        _mm256_storeu_pd(cosine + i, both.y);
+    }
+}

@@ -10,4 +10,14 @@ typedef void ProgramKernel(Op op, size_t n, double *r, const double *a, const do
 
 ProgramKernel program_kernel_scalar, program_kernel_avx2;
 
+// The sine and the cosine of the same angles, with the bits that each operation by itself gives.
+typedef void ProgramSinCos(size_t n, double *sine, double *cosine, const double *a);
+
+ProgramSinCos program_sincos_scalar, program_sincos_avx2;
+
+typedef struct {
+    ProgramKernel *run;
+    ProgramSinCos *sincos;
+} ProgramCpu;
+
 #endif

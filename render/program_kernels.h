@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // One operation over a batch, once per instruction set: the including file defines KERNEL_NAME, and
-// MAP1, MAP2 for the functions that the hardware does not have.
+// MAP1, MAP2 for the functions that the hardware does not have. Sines and cosines are halves of
+// SLEEF's sincos, alone too: its sin and cos differ from that by a bit here and there.
 //
-// n is a multiple of 4; all arrays are aligned to 32 bytes and do not overlap unless equal.
+// n is a multiple of 4; arrays do not overlap unless equal.
 #include "render/program_ops.h"
 
 #define LOOP(expression)                                                                           \
@@ -72,9 +73,9 @@ void KERNEL_NAME(Op op, size_t n, double *r, const double *a, const double *b, c
     case OP_LOG:
         MAP1(log, u10);
     case OP_SIN:
-        MAP1(sin, u10);
+        MAP_SIN();
     case OP_COS:
-        MAP1(cos, u10);
+        MAP_COS();
     case OP_TAN:
         MAP1(tan, u10);
     case OP_ASIN:

@@ -69,6 +69,39 @@ static void program_kernels_agree(void **state) {
     arena_free(&arena);
 }
 
+// A sine and a cosine of one angle are computed together: with the bits that each has alone.
+static void program_pairs_sines_and_cosines(void **state) {
+    (void)state;
+    static double u[N], results[4][N];
+    double *const out[4] = {results[0], results[1], results[2], results[3]};
+    static const char *const cpus[] = {"scalar", NULL};
+    // The cosine comes first and is used before the sine is; a second angle has a sine alone.
+    const Instr code[] = {{.op = OP_INPUT, .table = IN_U}, {.op = OP_COS, .a = 0},
+                          {.op = OP_NEG, .a = 1},          {.op = OP_SIN, .a = 2},
+                          {.op = OP_SIN, .a = 0},          {.op = OP_MUL, .a = 4, .b = 2}};
+    const uint32_t outs[4] = {1, 3, 4, 5};
+    Arena arena = {0};
+    uint32_t seed = 11;
+    for (int i = 0; i < N; i++) {
+        u[i] = number(&seed);
+    }
+    Program *p = program_new(&arena, code, 6, outs, 4, NULL, 0);
+    ProgramInputs in = {.varying = 1u << IN_U};
+    in.at[IN_U] = u;
+    for (int k = 0; k < 2; k++) {
+        assert_true(program_set_cpu(cpus[k]));
+        program_run(p, &in, N, out);
+        for (int i = 0; i < N; i++) {
+            double c = program_fold(OP_COS, u[i], 0, 0), s = program_fold(OP_SIN, u[i], 0, 0);
+            assert_true(same_bits(results[0][i], c));
+            assert_true(same_bits(results[1][i], program_fold(OP_SIN, -c, 0, 0)));
+            assert_true(same_bits(results[2][i], s));
+            assert_true(same_bits(results[3][i], s * -c));
+        }
+    }
+    arena_free(&arena);
+}
+
 static double reference(Op op, double a, double b) {
     switch (op) {
     case OP_POW:
@@ -247,6 +280,7 @@ static void program_noise_is_smooth_and_bounded(void **state) {
 
 static const struct CMUnitTest tests[] = {
     cmocka_unit_test(program_kernels_agree),
+    cmocka_unit_test(program_pairs_sines_and_cosines),
     cmocka_unit_test(program_functions_match_libm),
     cmocka_unit_test(program_modulo_is_floored),
     cmocka_unit_test(program_searches_tables),
