@@ -298,6 +298,21 @@ static bool is_cycle(Eval *ev, const Env *env, const char *real) {
     return false;
 }
 
+// "a.st4 -> b.st4": the files from one that is being included to the one that includes it again.
+static const char *cycle_text(Eval *ev, const Env *env, const char *real) {
+    const char *text = "";
+    for (const Module *module = env->module; module;) {
+        const Included *included = included_of(ev, module);
+        text = arena_printf(ev->arena, "%s%s%s", module->syntax->file->path, *text ? " -> " : "",
+                            text);
+        if (!included || (included->real && strcmp(included->real, real) == 0)) {
+            break;
+        }
+        module = included->parent;
+    }
+    return text;
+}
+
 void loader_include(Eval *ev, const Env *env, NodeId statement) {
     const Node *node = syntax_node(env->module->syntax, statement);
     Value name = {.type = VALUE_STRING, .symbol = syntax_node(env->module->syntax, node->a)->a};
@@ -307,7 +322,8 @@ void loader_include(Eval *ev, const Env *env, NodeId statement) {
         return;
     }
     if (is_cycle(ev, env, real)) {
-        eval_error_at(ev, where, NULL, "'%s' includes itself", path);
+        eval_error_at(ev, where, NULL, "'%s' includes itself: %s -> %s", path,
+                      cycle_text(ev, env, real), path);
         return;
     }
     Scope *scope = node->b ? scope_new(ev->arena, ev->predefined) : env->scope;

@@ -19,7 +19,7 @@ struct Loading {
     bool has_film;
 };
 
-enum { DEFAULT_STEPS = 1 << 28 };
+enum { DEFAULT_STEPS = 1 << 28, LOAD_LEAST_MEMORY = 32 << 20 };
 
 // ---- What every script finds
 
@@ -212,6 +212,11 @@ static void evaluate(Loading *loading) {
 
 // ---- The doors
 
+// What is asked for bounds frames first of all: small ones are no reason to refuse a small scene.
+static size_t least_memory(size_t memory) {
+    return memory && memory < LOAD_LEAST_MEMORY ? LOAD_LEAST_MEMORY : memory;
+}
+
 void scene_load(Arena *arena, Sources *sources, Diag *diag, const char *path, const char *text,
                 size_t text_size, const LoadOptions *options, LoadedScene *loaded) {
     static const LoadOptions none = {0};
@@ -221,6 +226,8 @@ void scene_load(Arena *arena, Sources *sources, Diag *diag, const char *path, co
         return;
     }
     loading->options = options ? *options : none;
+    size_t limit = arena->limit;
+    arena->limit = loading->arena.limit = least_memory(loading->options.memory);
     begin(loading, arena, sources, diag);
     Eval *ev = &loading->ev;
     unsigned n_errors = diag_n_errors(diag);
@@ -243,6 +250,7 @@ void scene_load(Arena *arena, Sources *sources, Diag *diag, const char *path, co
     bool is_fine = diag_n_errors(diag) == n_errors;
     loaded->scene = is_fine ? loaded->scene : NULL;
     loaded->status = is_fine ? 0 : ev->has_failed_file ? 3 : 1;
+    arena->limit = limit;
 }
 
 void scene_load_free(LoadedScene *loaded) {

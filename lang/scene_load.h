@@ -23,6 +23,8 @@ typedef struct {
     const char *shutter;             // --shutter: "180deg", "4f", "0", any expression; NULL
     int64_t first_frame, last_frame; // only where has_frames
     bool has_frames;
+    size_t memory;      // bytes for the scene, and again for what loading it needs; where they do
+                        // not suffice, the hook of accel/arena.h is called; 0: no bound
     uint64_t max_steps; // of evaluation, before the script is refused; 0: 2^28
 } LoadOptions;
 

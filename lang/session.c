@@ -81,6 +81,7 @@ static void load(Session *session, LoadedScene *loaded) {
         .height = values[OPTION_SIZE].height,
         .fps = values[OPTION_FPS].number,
         .shutter = values[OPTION_SHUTTER].text,
+        .memory = values[OPTION_MEMORY].integer,
     };
     load.defines = options_list(session->arena, options, OPTION_DEFINE, &load.n_defines);
     load.include_dirs = options_list(session->arena, options, OPTION_INCLUDE, &load.n_include_dirs);

@@ -135,3 +135,23 @@ test_interrupt_keeps_finished_pictures() {
     expect 0 "$ST4" info long.0001.exr
     [ -z "$(find . -name '*tmp*')" ] || fail "left behind: $(find . -name '*tmp*' | head -3)"
 }
+
+# Memory for what a script asks for is bounded; a little is always there.
+test_memory_bounds_loading() {
+    echo 'let a = [for i in 0..2999999: [i, i + 1]] sphere { radius = a[7][0] }' >big.st4
+    expect 3 "$ST4" check --memory 64M big.st4
+    has "$err" 'error: out of memory'
+    has "$err" '--memory'
+    echo 'sphere { }' >small.st4
+    expect 0 "$ST4" check --memory 64K small.st4
+}
+
+# Every file of a circle of includes is named.
+test_include_cycles_are_named() {
+    echo 'include "b.st4"' >a.st4
+    echo 'include "c.st4"' >b.st4
+    echo 'include "b.st4"' >c.st4
+    expect 1 "$ST4" check a.st4
+    has "$err" 'c.st4:1:9: error:'
+    has "$err" 'b.st4 -> c.st4 -> b.st4'
+}
