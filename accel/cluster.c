@@ -31,7 +31,7 @@ typedef struct {
     uint32_t query;
     ClusterSet *set;
     size_t capacity;
-    uint32_t *sorted[3];
+    uint32_t *spare;   // [n_prims], for partitions
     float *area_right; // [SWEEP_BELOW]
     bool is_out_of_memory;
 } Builder;
@@ -185,17 +185,23 @@ static float center_of(const Builder *b, uint32_t prim, int axis) {
 
 // -- cutting --------------------------------------------------------------------------------------
 
+// How many of a primitive's vertices this query had not seen.
+static uint32_t count_new_vertices(Builder *b, uint32_t prim) {
+    uint32_t corner[3], count = 0;
+    int n_corners = corners_of(b->geometry, prim, corner);
+    for (int c = 0; c < n_corners; c++) {
+        uint32_t v = b->welded[corner[c]];
+        count += b->stamp[v] != b->query;
+        b->stamp[v] = b->query;
+    }
+    return count;
+}
+
 static uint32_t count_vertices(Builder *b, const uint32_t *prims, uint32_t n) {
     uint32_t count = 0;
     b->query++;
     for (uint32_t i = 0; i < n; i++) {
-        uint32_t corner[3];
-        int n_corners = corners_of(b->geometry, prims[i], corner);
-        for (int c = 0; c < n_corners; c++) {
-            uint32_t v = b->welded[corner[c]];
-            count += b->stamp[v] != b->query;
-            b->stamp[v] = b->query;
-        }
+        count += count_new_vertices(b, prims[i]);
     }
     return count;
 }
@@ -222,21 +228,14 @@ typedef struct {
     float plane;     // where binned
 } Cut;
 
-// Distinct vertices of every prefix: marks[] is filled front to back, then back to front by a
-// second call on the reversed list.
+// The sides' needs and areas from the back first, then every cut from the front.
 static void sweep_axis(Builder *b, uint32_t *prims, uint32_t n, int axis, Cut *best) {
     uint32_t need_right[SWEEP_BELOW + 1];
     ProbeBox box = probe_empty();
     uint32_t n_vertices = 0;
     b->query++;
     for (uint32_t i = n; i-- > 1;) {
-        uint32_t corner[3];
-        int n_corners = corners_of(b->geometry, prims[i], corner);
-        for (int c = 0; c < n_corners; c++) {
-            uint32_t v = b->welded[corner[c]];
-            n_vertices += b->stamp[v] != b->query;
-            b->stamp[v] = b->query;
-        }
+        n_vertices += count_new_vertices(b, prims[i]);
         probe_join(&box, &b->boxes[prims[i]]);
         b->area_right[i] = probe_area(&box);
         need_right[i] = need_of(n - i, n_vertices);
@@ -245,13 +244,7 @@ static void sweep_axis(Builder *b, uint32_t *prims, uint32_t n, int axis, Cut *b
     n_vertices = 0;
     b->query++;
     for (uint32_t i = 0; i + 1 < n; i++) {
-        uint32_t corner[3];
-        int n_corners = corners_of(b->geometry, prims[i], corner);
-        for (int c = 0; c < n_corners; c++) {
-            uint32_t v = b->welded[corner[c]];
-            n_vertices += b->stamp[v] != b->query;
-            b->stamp[v] = b->query;
-        }
+        n_vertices += count_new_vertices(b, prims[i]);
         probe_join(&box, &b->boxes[prims[i]]);
         float cost = probe_area(&box) * (float)need_of(i + 1, n_vertices) +
                      b->area_right[i + 1] * (float)need_right[i + 1];
@@ -349,7 +342,7 @@ static uint32_t cut_by_bins(Builder *b, uint32_t *prims, uint32_t n) {
         return 0;
     }
     // Stable partition, so that the result depends on nothing but the geometry.
-    uint32_t *spare = b->sorted[0], n_left = 0, n_right = 0;
+    uint32_t *spare = b->spare, n_left = 0, n_right = 0;
     for (uint32_t i = 0; i < n; i++) {
         float c = center_of(b, prims[i], best.axis);
         if (bin_of(c, lo[best.axis], scale[best.axis]) < (int)best.plane) {
@@ -491,7 +484,7 @@ static void builder_free(Builder *b) {
     free(b->boxes);
     free(b->order);
     free(b->stamp);
-    free(b->sorted[0]);
+    free(b->spare);
     free(b->area_right);
 }
 
@@ -502,14 +495,14 @@ ClusterSet *cluster_build(const Geometry *g) {
     b.boxes = malloc(n * sizeof *b.boxes);
     b.order = malloc(n * sizeof *b.order);
     b.stamp = calloc(n_vertices, sizeof *b.stamp);
-    b.sorted[0] = malloc(n * sizeof *b.sorted[0]);
+    b.spare = malloc(n * sizeof *b.spare);
     b.area_right = malloc((SWEEP_BELOW + 1) * sizeof *b.area_right);
     b.set = calloc(1, sizeof *b.set);
     if (b.set) {
         b.set->geometry = g;
         b.set->clusters = malloc(b.capacity * sizeof *b.set->clusters);
     }
-    if (!b.welded || !b.boxes || !b.order || !b.stamp || !b.sorted[0] || !b.area_right || !b.set ||
+    if (!b.welded || !b.boxes || !b.order || !b.stamp || !b.spare || !b.area_right || !b.set ||
         !b.set->clusters || !weld(&b)) {
         builder_free(&b);
         cluster_destroy(b.set);

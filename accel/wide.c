@@ -215,8 +215,7 @@ static bool check_child(const Check *check, const Way *way, uint32_t child, uint
     if (index >= wide->n_nodes) {
         return fail(check, "no such node:", index);
     }
-    const WideBoxes *boxes = wide->is_moving ? &((const WideNode *)wide->nodes)[index].at
-                                             : &((const WideBoxes *)wide->nodes)[index];
+    const WideBoxes *boxes = wide_boxes(wide, wide->is_moving, index);
     for (int lane = 0; lane < WIDE_LANES; lane++) {
         Way here = {way, boxes, lane};
         if (!check_child(check, &here, boxes->child[lane], tick0, tick1)) {

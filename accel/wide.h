@@ -68,6 +68,10 @@ struct WideTree {
     uint32_t root; // a child; CHILD_NONE: nothing can be hit
 };
 
+static inline WideBoxes *wide_boxes(const WideTree *tree, bool is_moving, uint32_t index) {
+    return is_moving ? &((WideNode *)tree->nodes)[index].at : &((WideBoxes *)tree->nodes)[index];
+}
+
 // The binary tree that is collapsed (accel/wide_build.c).
 typedef struct {
     MovingBox box; // over ticks [tick0, tick1]

@@ -180,8 +180,7 @@ SPECIALISED void trace_tree(Trace *tr, bool is_moving, bool is_spheres, bool any
         uint32_t index = child_index(child);
         ChildKind kind = child_kind(child);
         if (kind == CHILD_NODE) {
-            const WideBoxes *node = is_moving ? &((const WideNode *)tree->nodes)[index].at
-                                              : &((const WideBoxes *)tree->nodes)[index];
+            const WideBoxes *node = wide_boxes(tree, is_moving, index);
             tr->n_nodes++;
             uint32_t mask = test_boxes(tr, node, is_moving, t);
             if (mask) {

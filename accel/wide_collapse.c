@@ -81,8 +81,7 @@ static void set_face(double at, double v, double pad, float *lo, float *vlo) {
 // The box of a lane in global time. The floats' rounding is covered by a padding of four units in
 // the last place of what is added.
 static void set_lane(const WideTree *wide, uint32_t index, int lane, const BinaryNode *node) {
-    WideBoxes *boxes =
-        wide->is_moving ? &((WideNode *)wide->nodes)[index].at : &((WideBoxes *)wide->nodes)[index];
+    WideBoxes *boxes = wide_boxes(wide, wide->is_moving, index);
     double w0 = (double)node->tick0 / TICKS_PER_SPAN, w1 = (double)node->tick1 / TICKS_PER_SPAN;
     for (int a = 0; a < 3; a++) {
         double lo0 = node->box.lo0[a], lo1 = node->box.lo1[a];
@@ -124,8 +123,7 @@ static uint32_t new_wide_node(Collapse *c) {
         c->node_capacity = larger;
     }
     uint32_t index = wide->n_nodes++;
-    WideBoxes *boxes =
-        wide->is_moving ? &((WideNode *)wide->nodes)[index].at : &((WideBoxes *)wide->nodes)[index];
+    WideBoxes *boxes = wide_boxes(wide, wide->is_moving, index);
     memset(boxes, 0, node_size(wide));
     for (int lane = 0; lane < WIDE_LANES; lane++) {
         boxes->child[lane] = child_of(CHILD_NONE, 0);
@@ -199,9 +197,7 @@ static uint32_t emit(Collapse *c, uint32_t at) {
         uint32_t child = emit(c, lanes[lane]);
         if (!c->is_out_of_memory) {
             set_lane(c->wide, index, lane, &c->tree->nodes[lanes[lane]]);
-            WideBoxes *boxes = c->wide->is_moving ? &((WideNode *)c->wide->nodes)[index].at
-                                                  : &((WideBoxes *)c->wide->nodes)[index];
-            boxes->child[lane] = child;
+            wide_boxes(c->wide, c->wide->is_moving, index)->child[lane] = child;
         }
     }
     return child_of(CHILD_NODE, index);

@@ -61,23 +61,6 @@ static void troubles_init(PathTroubles *troubles, Arena *arena, const Scene *sce
     troubles->materials = ARENA_ARRAY(arena, scene->n_materials, bool);
 }
 
-// A camera that sees everything at the film's first frame, in the middle of its shutter.
-static void place_camera(Run *run) {
-    Scene *scene = &run->scene;
-    if (!scene->camera.automatic) {
-        return;
-    }
-    const ShutterSettings *shutter = &scene->shutter;
-    Instant at = instant_at(scene->film.first_frame - 1, shutter->open + 0.5 * shutter->length);
-    Vec3 lo, hi;
-    if (!world_bounds_at(scene, at, &lo, &hi)) {
-        lo = vec3(-1, -1, -1);
-        hi = vec3(1, 1, 1);
-    }
-    scene->camera.program = camera_automatic(&run->arena, scene, lo, hi);
-    scene->camera.automatic = false;
-}
-
 static int render_frame(Run *run, const World *world, int64_t frame) {
     double start = progress_clock();
     progress_frame(&run->progress, frame);
@@ -115,7 +98,7 @@ static int render_block(Run *run, uint32_t first, uint32_t *n) {
 static int render_blocks(Run *run) {
     const RenderOptions *options = run->options;
     const FilmSettings *settings = &run->scene.film;
-    place_camera(run);
+    world_place_camera(&run->arena, &run->scene);
     survey_scene(&run->scene, options, run->reporter);
     path_scene_init(&run->paths, &run->arena, &run->scene);
     film_init(&run->film, &run->arena, settings->width, settings->height);
