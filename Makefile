@@ -12,7 +12,7 @@ CXX ?= c++
 
 # The one list of system packages (Debian 12, Ubuntu 24.04).
 PACKAGES := gcc g++ make pkg-config libopenexr-dev libopenimageio-dev libsleef-dev libassimp-dev \
-            libcmocka-dev mandoc clang-format
+            libcmocka-dev mandoc clang-format clang libclang-rt-dev
 # For the benchmarks alone.
 BENCH_PACKAGES := libembree-dev
 
@@ -44,9 +44,6 @@ ISA_avx512 := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mfma
 
 SOURCES := $(filter-out $(PLUGINS),$(wildcard accel/*.c render/*.c lang/*.c))
 MAIN := lang/main.c
-# What turns a file into a tree.
-FRONT := $(addprefix lang/,source.c diag.c excerpt.c nearest.c symbols.c lex.c lex_report.c \
-         parser.c parse.c run.c parse_errors.c parse_value.c parse_expr.c syntax.c syntax_dump.c)
 OBJECTS := $(SOURCES:%.c=$(B)/%.o)
 LIBRARY := $(filter-out $(MAIN:%.c=$(B)/%.o),$(OBJECTS))
 TESTS := $(patsubst %.c,$(B)/%.o,$(wildcard tests/*.c))
@@ -105,16 +102,35 @@ test: deps
 run-tests: st4 $(B)/st4-tests
 	@ST4=$(B)/st4 TESTS=$(B)/st4-tests tests/run $(filter)
 
-# Feeds the parser what libFuzzer (clang) thinks of, for seconds=60, from the tests' scenes on.
-seconds ?= 60
+# ---- Fuzzing: the whole language in one process, by clang's libFuzzer (tests/fuzz/fuzz_scene.c).
+# make fuzz           runs=N executions, or for seconds=N, from what earlier calls found on
+FUZZ := build/fuzz
+FUZZED := $(filter-out $(MAIN) lang/command% lang/session.c lang/options.c lang/help.c \
+            lang/frame_list.c,$(wildcard lang/*.c)) $(wildcard render/program*.c) \
+          $(filter-out %/mesh_child.c %/mesh_assimp.c,$(wildcard render/mesh*.c)) \
+          render/point_cache.c
+FUZZER := $(wildcard tests/fuzz/*.c)
+FUZZ_OBJECTS := $(FUZZED:%.c=$(FUZZ)/%.o) $(FUZZER:%.c=$(FUZZ)/%.o)
+FUZZ_SANITIZERS := address,undefined,float-cast-overflow
+FUZZ_CFLAGS := -std=c11 -pedantic -D_GNU_SOURCE -I. -MMD -MP -g1 -O2 -ffp-contract=off \
+               -fno-math-errno -Wall -Wno-unknown-pragmas -Wno-gnu-folding-constant -Wno-pedantic \
+               -Wno-bitwise-conditional-parentheses -fno-sanitize-recover=all
+
+$(FUZZED:%.c=$(FUZZ)/%.o): FUZZ_CFLAGS += -include tests/fuzz/fuzz_redirect.h \
+    -fsanitize=fuzzer-no-link,$(FUZZ_SANITIZERS)
+$(FUZZER:%.c=$(FUZZ)/%.o): FUZZ_CFLAGS += -fsanitize=$(FUZZ_SANITIZERS)
+
+$(FUZZ)/%.o: %.c Makefile
+	@mkdir -p $(@D)
+	clang $(FUZZ_CFLAGS) $(if $(findstring _avx2.c,$<),$(ISA_avx2)) -c -o $@ $<
+
+$(FUZZ)/fuzz: $(FUZZ_OBJECTS)
+	clang -fsanitize=fuzzer,$(FUZZ_SANITIZERS) -o $@ $^ -lsleef -lm -ldl
+
 .PHONY: fuzz
-fuzz:
-	@mkdir -p build/fuzz/corpus
-	@cp tests/golden/*.st4 build/fuzz/corpus
-	clang -std=c11 -D_POSIX_C_SOURCE=200809L -I. -g -O1 \
-	    -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined \
-	    -o build/fuzz/parse tests/fuzz/fuzz_parse.c $(FRONT) accel/arena.c
-	build/fuzz/parse -max_total_time=$(seconds) -max_len=4096 build/fuzz/corpus
+fuzz: $(FUZZ)/fuzz
+	@FUZZ=$(FUZZ)/fuzz tests/fuzz/run $(if $(runs),--runs $(runs)) \
+	    $(if $(seconds),--seconds $(seconds)) --keep $(FUZZ)/corpus
 
 # Structures against Embree on the same rays; obj=FILE takes the place of the procedural figure,
 # bench="--scene 1 --repeats 9" passes options on.
@@ -147,4 +163,4 @@ format:
 clean:
 	rm -rf build st4
 
--include $(patsubst %.o,%.d,$(OBJECTS) $(TESTS) $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o)
+-include $(patsubst %.o,%.d,$(OBJECTS) $(FUZZ_OBJECTS) $(TESTS) $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o)
