@@ -112,12 +112,14 @@ FUZZED := $(filter-out $(MAIN) lang/command% lang/session.c lang/options.c lang/
 FUZZER := $(wildcard tests/fuzz/*.c)
 FUZZ_OBJECTS := $(FUZZED:%.c=$(FUZZ)/%.o) $(FUZZER:%.c=$(FUZZ)/%.o)
 FUZZ_SANITIZERS := address,undefined,float-cast-overflow
+# Without what compares operands: the mutator knows the words, and it takes a third of the time.
+FUZZ_COVERAGE := -fsanitize-coverage=inline-8bit-counters,pc-table
 FUZZ_CFLAGS := -std=c11 -pedantic -D_GNU_SOURCE -I. -MMD -MP -g1 -O2 -ffp-contract=off \
                -fno-math-errno -Wall -Wno-unknown-pragmas -Wno-gnu-folding-constant -Wno-pedantic \
                -Wno-bitwise-conditional-parentheses -fno-sanitize-recover=all
 
 $(FUZZED:%.c=$(FUZZ)/%.o): FUZZ_CFLAGS += -include tests/fuzz/fuzz_redirect.h \
-    -fsanitize=fuzzer-no-link,$(FUZZ_SANITIZERS)
+    -fsanitize=$(FUZZ_SANITIZERS) $(FUZZ_COVERAGE)
 $(FUZZER:%.c=$(FUZZ)/%.o): FUZZ_CFLAGS += -fsanitize=$(FUZZ_SANITIZERS)
 
 $(FUZZ)/%.o: %.c Makefile

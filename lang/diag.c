@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "lang/excerpt.h"
+#include "lang/utf8.h"
 
 const WarningInfo warning_infos[WARN_COUNT] = {
 #define WARNING(id, name, help) {name, help},
@@ -120,24 +121,33 @@ static const char *severity_text(Severity severity) {
     return texts[severity];
 }
 
-// A message is ours, but may quote the user's text: no control characters reach a terminal.
+// A message is ours, but may quote the user's text, and be cut within a character: nothing steers a
+// terminal, and all is UTF-8.
 static void put_clean(FILE *out, const char *text) {
-    for (; *text; text++) {
-        unsigned char c = (unsigned char)*text;
-        fputc(c < 0x20 || c == 0x7f ? '?' : c, out);
+    const char *end = text + strlen(text);
+    unsigned size;
+    for (; text < end; text += size) {
+        uint32_t c = utf8_decode(text, end, &size);
+        if (utf8_steers(c) || c == UTF8_BAD) {
+            fputs(c < 0x80 ? "?" : "\xef\xbf\xbd", out);
+        } else {
+            fwrite(text, 1, size, out);
+        }
     }
 }
 
 static void put_json_string(FILE *out, const char *text) {
+    const char *end = text + strlen(text);
+    unsigned size;
     fputc('"', out);
-    for (; *text; text++) {
-        unsigned char c = (unsigned char)*text;
+    for (; text < end; text += size) {
+        uint32_t c = utf8_decode(text, end, &size);
         if (c == '"' || c == '\\') {
-            fprintf(out, "\\%c", c);
-        } else if (c < 0x20 || c == 0x7f) {
+            fprintf(out, "\\%c", (int)c);
+        } else if (utf8_steers(c) || c == UTF8_BAD) {
             fprintf(out, "\\u%04x", c);
         } else {
-            fputc(c, out);
+            fwrite(text, 1, size, out);
         }
     }
     fputc('"', out);
@@ -197,8 +207,9 @@ static void put_include_chain(Diag *diag, Span included_from) {
         return;
     }
     put_include_chain(diag, place.file->included_from);
-    fprintf(diag->out, "%s:%" PRIu32 ":%" PRIu32 ": in the file included here:\n", place.file->path,
-            place.line, place.column);
+    put_clean(diag->out, place.file->path);
+    fprintf(diag->out, ":%" PRIu32 ":%" PRIu32 ": in the file included here:\n", place.line,
+            place.column);
 }
 
 static void put_text(Diag *diag, const Report *report) {

@@ -5,30 +5,10 @@
 #include <inttypes.h>
 #include <string.h>
 
-// Columns of a terminal, without the margin. What is cut off is marked by three points.
-enum { WIDTH = 100, BEFORE = 60, TAB = 4 };
+#include "lang/utf8.h"
 
-// The character at s, s < end; its length goes to *size. What is not UTF-8 gives U+FFFD.
-static uint32_t decode(const char *s, const char *end, unsigned *size) {
-    const unsigned char *u = (const unsigned char *)s;
-    unsigned n = u[0] < 0x80 ? 1 : u[0] >= 0xf0 ? 4 : u[0] >= 0xe0 ? 3 : u[0] >= 0xc2 ? 2 : 0;
-    *size = 1;
-    if (n == 1) {
-        return u[0];
-    }
-    if (!n || (size_t)(end - s) < n) {
-        return 0xfffd;
-    }
-    uint32_t c = u[0] & (0xffu >> (n + 1));
-    for (unsigned i = 1; i < n; i++) {
-        if ((u[i] & 0xc0) != 0x80) {
-            return 0xfffd;
-        }
-        c = c << 6 | (u[i] & 0x3f);
-    }
-    *size = n;
-    return c;
-}
+// Columns of a terminal, without the margin. What is cut off is marked by three points.
+enum { WIDTH = 100, BEFORE = 60, TAB = 4, BYTES = 1000 };
 
 // Columns that a terminal gives to a character: marks that combine have none, East Asian wide
 // ones (Unicode Standard Annex 11, its large blocks) and emoji two.
@@ -42,7 +22,7 @@ static unsigned width_of(uint32_t c) {
         {0xff00, 0xff60, 2},   {0xffe0, 0xffe6, 2}, {0x1f300, 0x1f64f, 2}, {0x1f900, 0x1f9ff, 2},
         {0x20000, 0x3fffd, 2},
     };
-    for (size_t i = 0; i < sizeof ranges / sizeof ranges[0]; i++) {
+    for (size_t i = 0; c >= ranges[0].lo && i < sizeof ranges / sizeof ranges[0]; i++) {
         if (c >= ranges[i].lo && c <= ranges[i].hi) {
             return ranges[i].width;
         }
@@ -53,7 +33,7 @@ static unsigned width_of(uint32_t c) {
 static unsigned width_between(const char *from, const char *to) {
     unsigned width = 0, size;
     for (; from < to; from += size) {
-        width += width_of(decode(from, to, &size));
+        width += width_of(utf8_decode(from, to, &size));
     }
     return width;
 }
@@ -62,11 +42,10 @@ static unsigned width_between(const char *from, const char *to) {
 static void put_line(FILE *out, const char *from, const char *to) {
     unsigned size;
     for (; from < to; from += size) {
-        uint32_t c = decode(from, to, &size);
+        uint32_t c = utf8_decode(from, to, &size);
         if (c == '\t') {
             fprintf(out, "%*s", TAB, "");
-        } else if (c < 0x20 || (c >= 0x7f && c < 0xa0) || (c >= 0x202a && c <= 0x202e) ||
-                   (c >= 0x2066 && c <= 0x2069) || c == 0xfffd) {
+        } else if (utf8_steers(c) || c == UTF8_BAD) {
             fputs("\xef\xbf\xbd", out);
         } else {
             fwrite(from, 1, size, out);
@@ -74,11 +53,26 @@ static void put_line(FILE *out, const char *from, const char *to) {
     }
 }
 
-static const char *step(const char *at, int direction) {
-    do {
-        at += direction;
-    } while (((unsigned char)*at & 0xc0) == 0x80);
-    return at;
+// What is shown of the line [start, stop) around `at`, in columns and in bytes: marks that combine
+// have no columns, and a line may hold a million of them.
+static const char *leftmost(const char *start, const char *at) {
+    const char *left = at;
+    for (unsigned width = 0, size; left > start && width < BEFORE && at - left < BYTES;) {
+        do {
+            left--;
+        } while (left > start && ((unsigned char)*left & 0xc0) == 0x80);
+        width += width_of(utf8_decode(left, at, &size));
+    }
+    return left;
+}
+
+static const char *rightmost(const char *left, const char *stop) {
+    const char *right = left;
+    for (unsigned width = 0, size; right < stop && width < WIDTH && right - left < 2 * BYTES;) {
+        width += width_of(utf8_decode(right, stop, &size));
+        right += size;
+    }
+    return right;
 }
 
 void excerpt_print(FILE *out, SourcePlace place, Span where, const char *hint, const char *color,
@@ -101,13 +95,9 @@ void excerpt_print(FILE *out, SourcePlace place, Span where, const char *hint, c
         stop--;
     }
     const char *left = start, *right = stop;
-    if (width_between(start, stop) > WIDTH) {
-        for (left = at; left > start && width_between(left, at) < BEFORE;) {
-            left = step(left, -1);
-        }
-        for (right = left; right < stop && width_between(left, right) < WIDTH;) {
-            right = step(right, 1);
-        }
+    if (stop - start > BYTES || width_between(start, stop) > WIDTH) {
+        left = leftmost(start, at);
+        right = rightmost(left, stop);
     }
     const char *last = text + (where.hi - place.file->base);
     last = where.hi < where.lo || last > right ? right : last;

@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "lang/utf8.h"
+
 // Characters that people write in other languages, or that editors write for them.
 static const struct {
     const char *text, *hint;
@@ -127,25 +129,6 @@ void lex_report(const SourceFile *file, Token token, Diag *diag) {
     }
 }
 
-// The length of the well-formed UTF-8 character at s (The Unicode Standard, table 3-7), or 0.
-static unsigned utf8_length(const unsigned char *s) {
-    if (s[0] < 0x80) {
-        return 1;
-    }
-    unsigned n = s[0] >= 0xf0 ? 4 : s[0] >= 0xe0 ? 3 : 2;
-    unsigned char lo = s[0] == 0xe0 ? 0xa0 : s[0] == 0xf0 ? 0x90 : 0x80;
-    unsigned char hi = s[0] == 0xed ? 0x9f : s[0] == 0xf4 ? 0x8f : 0xbf;
-    if (s[0] < 0xc2 || s[0] > 0xf4 || s[1] < lo || s[1] > hi) {
-        return 0;
-    }
-    for (unsigned i = 2; i < n; i++) {
-        if ((s[i] & 0xc0) != 0x80) {
-            return 0;
-        }
-    }
-    return n;
-}
-
 bool lex_check_text(const SourceFile *file, Diag *diag) {
     const unsigned char *text = (const unsigned char *)file->text;
     bool is_utf16 = (text[0] == 0xff && text[1] == 0xfe) || (text[0] == 0xfe && text[1] == 0xff);
@@ -160,9 +143,10 @@ bool lex_check_text(const SourceFile *file, Diag *diag) {
             i += 8;
             continue;
         }
-        unsigned n = utf8_length(text + i);
+        unsigned n;
+        uint32_t c = utf8_decode(file->text + i, file->text + file->size, &n);
         Span where = {file->base + i, file->base + i + 1};
-        if (!n) {
+        if (c == UTF8_BAD && n == 1) {
             diag_error(diag, where, hint, "file is not UTF-8: byte 0x%02x", text[i]);
             return false;
         }

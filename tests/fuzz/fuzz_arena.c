@@ -6,6 +6,7 @@
 #include "accel/arena.h"
 
 #include <sanitizer/asan_interface.h>
+#include <sanitizer/lsan_interface.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -48,7 +49,7 @@ static ArenaChunk *take_free(void) {
         return NULL;
     }
     ArenaChunk *chunk = free_first;
-    ASAN_UNPOISON_MEMORY_REGION(chunk, sizeof *chunk);
+    ASAN_UNPOISON_MEMORY_REGION(chunk, sizeof *chunk); // all else stays poisoned
     free_first = chunk->next;
     n_free--;
     return chunk;
@@ -61,9 +62,9 @@ static ArenaChunk *new_chunk(size_t size) {
         if (!chunk) {
             refuse(size, 0);
         }
+        __lsan_ignore_object(chunk); // the list of free ones lies in poisoned memory
+        ASAN_POISON_MEMORY_REGION(chunk + 1, size - sizeof *chunk);
     }
-    ASAN_POISON_MEMORY_REGION(chunk, size);
-    ASAN_UNPOISON_MEMORY_REGION(chunk, sizeof *chunk);
     *chunk = (ArenaChunk){.size = size, .used = HEADER, .following = in_use};
     if (in_use) {
         in_use->previous = chunk;
@@ -92,7 +93,7 @@ static void give_back(ArenaChunk *chunk) {
     }
     free_last = chunk;
     n_free++;
-    ASAN_POISON_MEMORY_REGION(chunk, CHUNK);
+    ASAN_POISON_MEMORY_REGION(chunk, chunk->used);
 }
 
 void *arena_alloc(Arena *arena, size_t size) {

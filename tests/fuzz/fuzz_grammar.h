@@ -38,7 +38,8 @@ typedef enum {
 uint32_t fuzz_random(Writer *w, uint32_t n); // 0..n-1
 bool fuzz_one_in(Writer *w, uint32_t n);
 
-void fuzz_put(Writer *w, const char *format, ...) __attribute__((format(printf, 2, 3))); // short ones
+void fuzz_put(Writer *w, const char *format, ...)
+    __attribute__((format(printf, 2, 3))); // short ones
 void fuzz_put_text(Writer *w, const char *text, size_t n);
 
 #define N_OF(array)          (sizeof(array) / sizeof *(array))

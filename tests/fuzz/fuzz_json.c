@@ -67,6 +67,18 @@ static bool take_wide(Text *t) {
            code <= 0x10ffff && !(code >= 0xd800 && code <= 0xdfff);
 }
 
+bool fuzz_json_utf8(const char *text, size_t size) {
+    Text t = {text, text + size};
+    while (t.at < t.end) {
+        if ((unsigned char)*t.at < 0x80) {
+            t.at++;
+        } else if (!take_wide(&t)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static bool take_string(Text *t) {
     if (!take(t, '"')) {
         return false;

@@ -8,5 +8,6 @@
 
 // By RFC 8259: strict grammar, strings of valid UTF-8 without control characters.
 bool fuzz_json_lines(const char *text, size_t size);
+bool fuzz_json_utf8(const char *text, size_t size); // alone
 
 #endif
