@@ -2,6 +2,7 @@
 # make            builds ./st4                      make test    sets up, builds, runs every test
 # make demo       sets up, builds, renders frames   make check   style and consistency, no tests
 # make deps       installs the system packages that are missing
+# make fuzz       fuzzes the language, for seconds=N or runs=N
 # make bench      structures against Embree         make bench-lang  language against C, POV-Ray
 # config=release|debug|asan|ubsan selects flags and the folder build/$(config).
 
@@ -41,6 +42,8 @@ PLUGINS := render/image_oiio.cpp render/mesh_assimp.c
 # Files named *_avx2.c (and *_avx512.c) are the only ones compiled for that instruction set.
 ISA_avx2 := -mavx2 -mfma -mf16c
 ISA_avx512 := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mfma
+
+FUZZ := build/fuzz
 
 SOURCES := $(filter-out $(PLUGINS),$(wildcard accel/*.c render/*.c lang/*.c))
 MAIN := lang/main.c
@@ -99,12 +102,11 @@ test: deps
 	@$(MAKE) --no-print-directory run-tests
 
 .PHONY: run-tests
-run-tests: st4 $(B)/st4-tests
+run-tests: st4 $(B)/st4-tests $(FUZZ)/fuzz
 	@ST4=$(B)/st4 TESTS=$(B)/st4-tests tests/run $(filter)
 
 # ---- Fuzzing: the whole language in one process, by clang's libFuzzer (tests/fuzz/fuzz_scene.c).
-# make fuzz           runs=N executions, or for seconds=N, from what earlier calls found on
-FUZZ := build/fuzz
+# What it finds is kept in build/fuzz/corpus, from which the next call goes on.
 FUZZED := $(filter-out $(MAIN) lang/command% lang/session.c lang/options.c lang/help.c \
             lang/frame_list.c,$(wildcard lang/*.c)) $(wildcard render/program*.c) \
           $(filter-out %/mesh_child.c %/mesh_assimp.c,$(wildcard render/mesh*.c)) \

@@ -67,6 +67,10 @@ static void report_escape(const SourceFile *file, Token token, Diag *diag) {
     }
 }
 
+static bool is_digit(char c) {
+    return c >= '0' && c <= '9';
+}
+
 static void report_unit(const SourceFile *file, Token token, Diag *diag) {
     const char *names[UNIT_COUNT];
     for (int i = 1; i < UNIT_COUNT; i++) {
@@ -75,8 +79,8 @@ static void report_unit(const SourceFile *file, Token token, Diag *diag) {
     const char *text = file->text - file->base;
     uint32_t lo = token.lo;
     for (; lo < token.hi && strchr("0123456789._", text[lo]); lo++) {
-        bool is_between = strchr("0123456789", text[lo - 1]) && strchr("0123456789", text[lo + 1]);
-        if (text[lo] == '_' && (!is_between || lo + 1 == token.hi)) {
+        // A number does not begin with one, so that something stands before it.
+        if (text[lo] == '_' && !(is_digit(text[lo - 1]) && is_digit(text[lo + 1]))) {
             diag_error(diag, (Span){token.lo, token.hi}, "write 1_000_000",
                        "an underscore in a number stands between two digits");
             return;
