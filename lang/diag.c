@@ -3,6 +3,7 @@
 #include "lang/diag.h"
 
 #include <inttypes.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "lang/excerpt.h"
@@ -13,6 +14,22 @@ const WarningInfo warning_infos[WARN_COUNT] = {
 #include "lang/warnings.def"
 #undef WARNING
 };
+
+typedef struct {
+    Severity severity;
+    Span where;
+    const char *name; // of the warning, or NULL
+    bool is_raised;   // a warning that counts as an error
+    const char *hint, *message;
+} Report;
+
+typedef struct {
+    Report report;
+    uint32_t order, index;
+} Held;
+
+// Of errors: as many as could come to be shown, whatever is walked out of its order.
+enum { MOST_HELD = DIAG_MAX_ERRORS + 256 };
 
 typedef enum { LEVEL_OFF, LEVEL_ON, LEVEL_ERROR } Level;
 
@@ -28,15 +45,11 @@ struct Diag {
     const SourceFile *file;   // of the last report shown: its include chain is not repeated
     uint64_t *seen;           // hashes of reports; a power of two of slots, 0: free
     size_t n_seen, n_slots;
+    Held *held;
+    size_t n_held, held_capacity;
+    unsigned holds, n_held_errors;
+    uint32_t order;
 };
-
-typedef struct {
-    Severity severity;
-    Span where;
-    const char *name; // of the warning, or NULL
-    bool is_raised;   // a warning that counts as an error
-    const char *hint, *message;
-} Report;
 
 Diag *diag_new(Arena *arena, const Sources *sources, FILE *out, bool json, bool color) {
     Diag *diag = ARENA_NEW(arena, Diag);
@@ -238,8 +251,26 @@ static void put_text(Diag *diag, const Report *report) {
     excerpt_print(out, place, report->where, report->hint, color, off);
 }
 
+static const char *lasting(Diag *diag, const char *text) {
+    return text ? arena_string(diag->arena, text, strlen(text)) : NULL;
+}
+
+static void hold(Diag *diag, const Report *report) {
+    diag->held =
+        arena_grow(diag->arena, diag->held, diag->n_held, &diag->held_capacity, sizeof *diag->held);
+    Held *held = &diag->held[diag->n_held];
+    *held = (Held){*report, diag->order, (uint32_t)diag->n_held};
+    held->report.hint = lasting(diag, report->hint);
+    held->report.message = lasting(diag, report->message);
+    diag->n_held++;
+}
+
 static void show(Diag *diag, const Report *report) {
     diag->is_shown = true;
+    if (diag->holds) {
+        hold(diag, report);
+        return;
+    }
     if (diag->is_json) {
         put_json(diag, report);
     } else {
@@ -254,7 +285,11 @@ static void show(Diag *diag, const Report *report) {
 static void show_error(Diag *diag, const Report *report) {
     diag->is_shown = false;
     diag->n_errors++;
-    if (diag->n_shown < DIAG_MAX_ERRORS) {
+    if (diag->holds) {
+        if (diag->n_held_errors++ < MOST_HELD) {
+            show(diag, report);
+        }
+    } else if (diag->n_shown < DIAG_MAX_ERRORS) {
         diag->n_shown++;
         show(diag, report);
     }
@@ -315,6 +350,42 @@ void diag_note(Diag *diag, Span where, const char *format, ...) {
 
 void diag_next_statement(Diag *diag) {
     diag->has_statement_error = false;
+}
+
+void diag_hold(Diag *diag) {
+    diag->holds++;
+}
+
+void diag_order(Diag *diag, uint32_t order) {
+    diag->order = diag->holds > 1 ? diag->order : order;
+}
+
+static int compare_held(const void *a, const void *b) {
+    const Held *x = a, *y = b;
+    if (x->order != y->order) {
+        return x->order < y->order ? -1 : 1;
+    }
+    return (x->index > y->index) - (x->index < y->index);
+}
+
+void diag_release(Diag *diag) {
+    if (--diag->holds || !diag->n_held) {
+        return;
+    }
+    qsort(diag->held, diag->n_held, sizeof *diag->held, compare_held);
+    for (size_t i = 0; i < diag->n_held; i++) {
+        const Report *report = &diag->held[i].report;
+        bool is_error = report->severity == DIAG_ERROR, is_note = report->severity == DIAG_NOTE;
+        if (!is_note) {
+            diag->is_shown = !is_error || diag->n_shown < DIAG_MAX_ERRORS;
+            diag->n_shown += is_error && diag->is_shown;
+        }
+        if (diag->is_shown) {
+            show(diag, report);
+        }
+    }
+    diag->n_held = 0;
+    diag->n_held_errors = 0;
 }
 
 unsigned diag_n_errors(const Diag *diag) {

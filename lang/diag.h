@@ -58,6 +58,12 @@ void diag_note(Diag *diag, Span where, const char *format, ...)
 // Between two calls only the first error is shown.
 void diag_next_statement(Diag *diag);
 
+// Reports are kept back until the release, and shown by ascending `order` then: what is walked in
+// another order than it was written in. Pairs may be nested; the outermost one's order counts.
+void diag_hold(Diag *diag);
+void diag_order(Diag *diag, uint32_t order);
+void diag_release(Diag *diag);
+
 unsigned diag_n_errors(const Diag *diag); // all of them, shown or not
 unsigned diag_n_warnings(const Diag *diag);
 // Says how many errors were not shown, if any.

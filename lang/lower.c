@@ -22,6 +22,20 @@ void lowering_rewind(Lowering *l, LoweringMark mark) {
     l->n_lights = mark.n_lights;
 }
 
+uint32_t lowering_n_objects(Lowering *l, uint32_t shape) {
+    for (; l->n_counted < shape; l->n_counted++) {
+        l->n_objects += l->shapes[l->n_counted].n_instances;
+    }
+    return l->n_objects;
+}
+
+LoweredOrder lowering_order(Lowering *l, uint32_t index) {
+    Shape *shape = &l->shapes[index];
+    uint32_t *object = ARENA_ARRAY(l->arena, shape->n_instances, uint32_t);
+    shape->objects = object;
+    return (LoweredOrder){object, shape->n_instances};
+}
+
 Arena *lower_arena(Eval *ev) {
     return ev->lowering->arena;
 }

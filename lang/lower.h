@@ -18,6 +18,16 @@ Lowering *lowering_new(Arena *arena, Arena *scratch);
 LoweringMark lowering_mark(const Lowering *lowering);
 void lowering_rewind(Lowering *lowering, LoweringMark mark);
 
+// How many objects the shapes before this one are; none of them may be forgotten any more.
+uint32_t lowering_n_objects(Lowering *lowering, uint32_t shape);
+
+// Room for saying which objects a shape's instances are.
+typedef struct {
+    uint32_t *object; // [n]
+    uint32_t n;
+} LoweredOrder;
+LoweredOrder lowering_order(Lowering *lowering, uint32_t shape);
+
 // A node that was evaluated, at its place. Reports what is wrong with it.
 void lower_object(Eval *ev, const Object *object, const Place *place, const char *label);
 

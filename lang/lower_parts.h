@@ -75,6 +75,7 @@ struct Lowering {
     size_t shapes_capacity, lights_capacity, materials_capacity, values_capacity;
     size_t n_programs, n_program_slots, n_material_slots;
     uint32_t n_shapes, n_lights, n_materials;
+    uint32_t n_counted, n_objects; // shapes, and the objects that they are
     Source film, shutter, render, camera, sky;
     double phase; // of the shutter
     Overrides overrides;

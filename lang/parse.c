@@ -363,17 +363,24 @@ static NodeId parse_statement(Parser *p) {
 // { stmt } until '}' or the end
 static uint32_t parse_statements(Parser *p) {
     size_t base = p->n_stack;
+    RunGather gather = {0};
     while (!parser_at(p, TOKEN_RBRACE) && !parser_at(p, TOKEN_END)) {
         if (parser_accept(p, TOKEN_SEMICOLON)) {
+            run_end(&gather, p);
+            continue;
+        }
+        if (run_take(&gather, p)) {
             continue;
         }
         NodeId node_lo = (NodeId)p->syntax->n_nodes;
         uint32_t lo = p->token.lo;
         NodeId statement = parse_statement(p);
+        statement = statement ? run_add(&gather, p, statement, node_lo, lo) : 0;
         if (statement) {
-            parser_push(p, run_gather(p, statement, node_lo, lo));
+            parser_push(p, statement);
         }
     }
+    run_end(&gather, p);
     return (uint32_t)(p->n_stack - base);
 }
 

@@ -34,10 +34,9 @@ typedef struct {
     unsigned n_braces;      // open in the file, those of keys too
     unsigned lost_brackets; // n_brackets where the parser was lost
     bool is_lost;
-    bool is_too_deep;       // reported; once for a file
-    bool is_cut;            // the end of the file came in a block; reported
-    uint32_t no_run_before; // offset: up to there it was tried
-    uint32_t suspect;       // the first '{' whose '}' stands as if it were another's, or 0
+    bool is_too_deep; // reported; once for a file
+    bool is_cut;      // the end of the file came in a block; reported
+    uint32_t suspect; // the first '{' whose '}' stands as if it were another's, or 0
     // For hints, offsets in this statement, or 0:
     uint32_t less_at;    // the last '<' that compares
     uint32_t vector_end; // behind the last vector

@@ -1,33 +1,66 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs: the pattern that a statement's text is, and the comparison of the text behind it.
+//
+// The patterns of a group are a tree: a piece of text, the number behind it, then the pieces that
+// may follow. A statement is compared along one path of it, so that its numbers are read once
+// however many patterns there are.
 #include "lang/run.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-// The text before a number, and the number.
-typedef struct {
+enum {
+    MOST_MISSED = 64, // statements that no pattern fits, before one in eight of all is too many
+    LEAST_ALIKE = 4,  // statements of a pattern, in the mean, that make groups worth while
+    FIRST_ROWS = 64,  // of a pattern's first block; later ones are larger
+    MOST_ROWS = 8192,
+};
+
+typedef struct Pattern Pattern;
+typedef struct Piece Piece;
+
+// The text before a number, and the number; or the text behind the last one.
+struct Piece {
     const char *text;
     uint32_t size; // blanks before the number left out; any number of them may stand there
-    NodeId node;
     uint8_t unit;
     bool needs_blank; // the text ends with a letter
     bool may_sign;    // a '-' before the number is its sign
-    bool is_negated;  // it has one in the first statement: the tree has a NEG
-} Piece;
+    Pattern *pattern; // it is the last
+    Piece *next;      // stands in its place in other patterns
+    Piece *behind;    // the first of those that may follow
+};
 
-typedef struct {
-    Piece pieces[RUN_MAX_SLOTS];
-    uint32_t n;
-    const char *tail; // behind the last number
-    uint32_t tail_size;
-} Pattern;
+// Rows of numbers, as they were read. Blocks are given back as they are copied into columns.
+typedef struct Block {
+    struct Block *next;
+    uint32_t n, capacity;
+    uint32_t *at;     // [capacity]
+    double numbers[]; // [capacity][n_slots]
+} Block;
 
-typedef struct {
-    double *numbers; // [n][pattern.n]
-    uint32_t *at;
-    size_t n, capacity;
-} Rows;
+struct Pattern {
+    NodeId first, node_lo, node_hi;
+    NodeId node[RUN_MAX_SLOTS];
+    double row[RUN_MAX_SLOTS]; // of the first statement, without signs
+    uint64_t negated;          // bit k: number k has a sign in the first statement: the tree a NEG
+    uint64_t varying;          // bit k: number k is not the same everywhere
+    uint32_t n_slots, n;
+    uint8_t kind; // its index
+    Block *blocks, *last;
+};
+
+struct RunPatterns {
+    Arena arena;
+    Pattern *patterns[RUN_MAX_PATTERNS];
+    uint32_t n_patterns;
+    Piece *pieces; // those that patterns begin with
+    uint8_t *kinds;
+    NodeId *singles;
+    size_t n, n_singles, kinds_capacity, singles_capacity;
+    size_t n_missed;
+    NodeId node; // NODE_RUN
+};
 
 static bool is_blank(char c) {
     return c == ' ' || c == '\t';
@@ -73,23 +106,6 @@ static NodeId find_number(const Syntax *syntax, NodeId *node, uint32_t lo) {
     return 0;
 }
 
-static void add_piece(const Parser *p, Pattern *pattern, uint32_t from, const Token *tokens,
-                      size_t k, bool may_sign) {
-    Piece *piece = &pattern->pieces[pattern->n++];
-    bool is_negated = may_sign && tokens[k - 1].kind == TOKEN_MINUS;
-    const char *text = parser_text(p, from);
-    const char *end = parser_text(p, tokens[is_negated ? k - 1 : k].lo);
-    while (end > text && is_blank(end[-1])) {
-        end--;
-    }
-    piece->text = text;
-    piece->size = (uint32_t)(end - text);
-    piece->unit = tokens[k].unit;
-    piece->needs_blank = end > text && is_letter(end[-1]);
-    piece->may_sign = may_sign;
-    piece->is_negated = is_negated;
-}
-
 // -2^2 is not (-2)^2.
 static bool may_sign(const Token *tokens, size_t n, size_t k) {
     if (k < 2 || k + 1 >= n || tokens[k + 1].kind == TOKEN_CARET) {
@@ -99,32 +115,68 @@ static bool may_sign(const Token *tokens, size_t n, size_t k) {
     return is_opening(tokens[has_sign ? k - 2 : k - 1].kind);
 }
 
-// False: the statement is no pattern.
-static bool make_pattern(const Parser *p, NodeId node, uint32_t lo, uint32_t hi, Pattern *pattern) {
+static Piece number_piece(const Parser *p, uint32_t from, const Token *tokens, size_t k,
+                          bool may_sign) {
+    bool is_negated = may_sign && tokens[k - 1].kind == TOKEN_MINUS;
+    const char *text = parser_text(p, from);
+    const char *end = parser_text(p, tokens[is_negated ? k - 1 : k].lo);
+    while (end > text && is_blank(end[-1])) {
+        end--;
+    }
+    return (Piece){.text = text,
+                   .size = (uint32_t)(end - text),
+                   .unit = tokens[k].unit,
+                   .needs_blank = end > text && is_letter(end[-1]),
+                   .may_sign = may_sign};
+}
+
+// The piece in the tree at *place; it is put there where it is new.
+static Piece *find_piece(RunPatterns *r, Piece **place, const Piece *piece) {
+    for (; *place; place = &(*place)->next) {
+        const Piece *old = *place;
+        if (old->size == piece->size && memcmp(old->text, piece->text, piece->size) == 0 &&
+            old->unit == piece->unit && old->may_sign == piece->may_sign &&
+            !old->pattern == !piece->pattern) {
+            return *place;
+        }
+    }
+    *place = ARENA_NEW(&r->arena, Piece);
+    **place = *piece;
+    return *place;
+}
+
+// NULL: the statement is no pattern.
+static Pattern *make_pattern(RunPatterns *r, const Parser *p, NodeId node_lo, uint32_t lo,
+                             uint32_t hi) {
     Token tokens[RUN_MAX_TOKENS];
     size_t n = read_tokens(p, lo, hi, tokens);
     uint32_t from = lo;
-    pattern->n = 0;
+    NodeId node = node_lo;
+    Pattern *pattern = ARENA_NEW(&r->arena, Pattern);
+    Piece **place = &r->pieces;
     for (size_t k = 0; k < n; k++) {
         if (tokens[k].kind != TOKEN_NUMBER) {
             continue;
         }
-        NodeId number = find_number(p->syntax, &node, tokens[k].lo);
-        if (!number || pattern->n == RUN_MAX_SLOTS) {
-            return false;
+        uint32_t slot = pattern->n_slots++;
+        if (slot == RUN_MAX_SLOTS || !(node = find_number(p->syntax, &node, tokens[k].lo))) {
+            return NULL;
         }
-        add_piece(p, pattern, from, tokens, k, may_sign(tokens, n, k));
-        pattern->pieces[pattern->n - 1].node = number;
+        Piece piece = number_piece(p, from, tokens, k, may_sign(tokens, n, k));
+        bool is_negated = piece.may_sign && tokens[k - 1].kind == TOKEN_MINUS;
+        place = &find_piece(r, place, &piece)->behind;
+        pattern->node[slot] = node;
+        pattern->negated |= (uint64_t)is_negated << slot;
+        pattern->row[slot] = tokens[k].number;
         from = tokens[k].hi;
     }
-    pattern->tail = parser_text(p, from);
-    pattern->tail_size = hi - from;
-    return n > 0;
+    Piece tail = {.text = parser_text(p, from), .size = hi - from, .pattern = pattern};
+    return n > 0 && find_piece(r, place, &tail)->pattern == pattern ? pattern : NULL;
 }
 
 // ---- Comparison
 
-// The number at *at, behind blanks and its sign.
+// The number at lexer->at, behind blanks and its sign.
 static bool match_number(const Piece *piece, Lexer *lexer, double *x) {
     const char *at = lexer->at;
     while (is_blank(*at)) {
@@ -145,7 +197,7 @@ static bool match_number(const Piece *piece, Lexer *lexer, double *x) {
     }
     lexer->at = at;
     Token token = lex_next(lexer);
-    *x = is_negated != piece->is_negated ? -token.number : token.number;
+    *x = is_negated ? -token.number : token.number;
     return token.kind == TOKEN_NUMBER && !token.problem && token.unit == piece->unit;
 }
 
@@ -157,31 +209,67 @@ static bool match_text(Lexer *lexer, const char *text, size_t size) {
     return true;
 }
 
-// Takes a statement of the pattern; row[pattern->n] gets its numbers. False: it is another.
-static bool match(const Pattern *pattern, Lexer *lexer, double *row) {
-    for (uint32_t k = 0; k < pattern->n; k++) {
-        const Piece *piece = &pattern->pieces[k];
-        if (!match_text(lexer, piece->text, piece->size) || !match_number(piece, lexer, &row[k])) {
-            return false;
+// Takes a statement of one of the patterns; row[] gets its numbers. NULL: it is another.
+static Pattern *match(const Piece *piece, Lexer *lexer, double *row) {
+    for (; piece; piece = piece->next) {
+        Lexer ahead = *lexer;
+        if (!match_text(&ahead, piece->text, piece->size)) {
+            continue;
+        }
+        Pattern *pattern = piece->pattern;
+        if (!pattern && match_number(piece, &ahead, row)) {
+            pattern = match(piece->behind, &ahead, row + 1);
+        }
+        if (pattern) {
+            *lexer = ahead;
+            return pattern;
         }
     }
-    return match_text(lexer, pattern->tail, pattern->tail_size);
+    return NULL;
 }
 
 // ---- Rows
 
-// False: no memory. A large block is moved by the system without being copied.
-static bool reserve_row(Rows *rows, uint32_t n_slots) {
-    if (rows->n < rows->capacity) {
-        return true;
+// NULL: no memory.
+static Block *room_for_row(Pattern *pattern) {
+    Block *last = pattern->last;
+    if (last && last->n < last->capacity) {
+        return last;
     }
-    size_t larger = rows->capacity ? 2 * rows->capacity : RUN_MIN;
-    double *numbers = realloc(rows->numbers, larger * (n_slots + 1) * sizeof *numbers);
-    rows->numbers = numbers ? numbers : rows->numbers;
-    uint32_t *at = numbers ? realloc(rows->at, larger * sizeof *at) : NULL;
-    rows->at = at ? at : rows->at;
-    rows->capacity = at ? larger : rows->capacity;
-    return at != NULL;
+    uint32_t capacity = !last                         ? FIRST_ROWS
+                        : last->capacity >= MOST_ROWS ? MOST_ROWS
+                                                      : 4 * last->capacity;
+    size_t numbers = (size_t)capacity * pattern->n_slots * sizeof(double);
+    Block *block = malloc(sizeof *block + numbers + capacity * sizeof *block->at);
+    if (block) {
+        *block = (Block){.capacity = capacity};
+        block->at = (uint32_t *)((char *)block->numbers + numbers);
+        *(last ? &last->next : &pattern->blocks) = block;
+        pattern->last = block;
+    }
+    return block;
+}
+
+// row: as the first statement's tree wants the numbers: its own signs left out.
+static bool add_row(Pattern *pattern, uint32_t at, const double *row) {
+    Block *block = room_for_row(pattern);
+    if (!block) {
+        return false;
+    }
+    double *numbers = block->numbers + (size_t)block->n * pattern->n_slots;
+    for (uint32_t k = 0; k < pattern->n_slots; k++) {
+        numbers[k] = row[k];
+        bool is_same = memcmp(&numbers[k], &pattern->row[k], sizeof(double)) == 0;
+        pattern->varying |= (uint64_t)!is_same << k;
+    }
+    block->at[block->n++] = at;
+    pattern->n++;
+    return true;
+}
+
+static void add_member(RunPatterns *r, uint8_t kind) {
+    r->kinds = arena_grow(&r->arena, r->kinds, r->n, &r->kinds_capacity, 1);
+    r->kinds[r->n++] = kind;
 }
 
 // The offset of the next token, comments skipped.
@@ -190,88 +278,171 @@ static uint32_t next_offset(const Lexer *lexer) {
     return lex_next(&ahead).lo;
 }
 
-// Takes what is like the pattern from `offset` on; returns where the last one ends.
-static uint32_t take_rows(Parser *p, const Pattern *pattern, uint32_t offset, Rows *rows) {
+bool run_take(RunGather *gather, Parser *p) {
+    RunPatterns *r = gather->patterns;
+    if (!r || !parser_at(p, TOKEN_NAME)) {
+        return false;
+    }
     const SourceFile *file = p->syntax->file;
-    uint32_t end = p->last_hi;
-    while (reserve_row(rows, pattern->n)) {
+    uint32_t offset = p->token.lo, end = 0;
+    for (;;) {
+        double row[RUN_MAX_SLOTS];
         Lexer lexer = lex_at(file, offset);
-        if (!match(pattern, &lexer, &rows->numbers[rows->n * pattern->n])) {
+        Pattern *pattern = match(r->pieces, &lexer, row);
+        for (uint32_t k = 0; pattern && k < pattern->n_slots; k++) {
+            row[k] = pattern->negated >> k & 1 ? -row[k] : row[k];
+        }
+        if (!pattern || !add_row(pattern, offset, row)) {
             break;
         }
-        rows->at[rows->n++] = offset;
+        add_member(r, pattern->kind);
         end = file->base + (uint32_t)(lexer.at - file->text);
         offset = next_offset(&lexer);
     }
-    p->no_run_before = offset;
-    return end;
+    if (end) {
+        parser_seek(p, end);
+    }
+    return end != 0;
 }
 
-static bool varies(const Rows *rows, uint32_t n_slots, uint32_t slot) {
-    for (size_t i = 1; i < rows->n; i++) {
-        if (memcmp(&rows->numbers[i * n_slots + slot], &rows->numbers[slot], sizeof(double))) {
+// ---- Groups
+
+// A run within is evaluated by other means than numbers.
+static bool has_run(const Syntax *syntax, NodeId node_lo, NodeId node_hi) {
+    for (NodeId i = node_lo; i < node_hi; i++) {
+        if (syntax->nodes[i].kind == NODE_RUN) {
             return true;
         }
     }
     return false;
 }
 
-static const RunSlot *make_columns(Parser *p, const Pattern *pattern, const Rows *rows,
-                                   uint32_t *n_slots) {
-    RunSlot *slots = ARENA_ARRAY(p->arena, pattern->n, RunSlot);
-    *n_slots = 0;
-    for (uint32_t k = 0; k < pattern->n; k++) {
-        if (!varies(rows, pattern->n, k)) {
-            continue;
-        }
-        double *values = ARENA_ARRAY(p->lasting, rows->n, double);
-        for (size_t i = 0; i < rows->n; i++) {
-            values[i] = rows->numbers[i * pattern->n + k];
-        }
-        slots[(*n_slots)++] = (RunSlot){pattern->pieces[k].node, values};
-    }
-    return slots;
+static void add_single(RunPatterns *r, NodeId statement) {
+    r->singles =
+        arena_grow(&r->arena, r->singles, r->n_singles, &r->singles_capacity, sizeof *r->singles);
+    r->singles[r->n_singles++] = statement;
+    add_member(r, RUN_SINGLE);
 }
 
-static NodeId make_run(Parser *p, NodeId statement, NodeId node_lo, const Pattern *pattern,
-                       const Rows *rows) {
+// The statement is the last of its nodes.
+static void add_object(RunPatterns *r, const Parser *p, NodeId statement, NodeId node_lo,
+                       uint32_t lo) {
+    Pattern *pattern = NULL;
+    if (r->n_patterns == RUN_MAX_PATTERNS) {
+        r->n_missed++;
+    } else if (!has_run(p->syntax, node_lo, statement)) {
+        pattern = make_pattern(r, p, node_lo, lo, p->last_hi);
+    }
+    if (!pattern || !add_row(pattern, lo, pattern->row)) {
+        add_single(r, statement);
+        return;
+    }
+    pattern->first = statement;
+    pattern->node_lo = node_lo;
+    pattern->node_hi = statement + 1;
+    pattern->kind = (uint8_t)r->n_patterns;
+    r->patterns[r->n_patterns++] = pattern;
+    add_member(r, pattern->kind);
+}
+
+static RunPatterns *begin_group(Parser *p, uint32_t lo) {
+    Arena arena = {0};
+    RunPatterns *r = ARENA_NEW(&arena, RunPatterns);
+    r->arena = arena;
+    r->node = parser_node(p, NODE_RUN, 0, lo, 0, 0);
+    return r;
+}
+
+// What has no place in the order of objects may stand between them.
+static bool is_unordered(NodeKind kind) {
+    return kind == NODE_LET || kind == NODE_PARAM || kind == NODE_FN || kind == NODE_DEF ||
+           kind == NODE_PROPERTY || kind == NODE_TRANSFORM;
+}
+
+NodeId run_add(RunGather *gather, Parser *p, NodeId statement, NodeId node_lo, uint32_t lo) {
+    NodeKind kind = p->syntax->nodes[statement].kind;
+    RunPatterns *r = gather->patterns;
+    if (!p->lasting || gather->is_off || is_unordered(kind)) {
+        return statement;
+    }
+    if (kind != NODE_OBJECT) {
+        run_end(gather, p);
+        return statement;
+    }
+    if (!r && gather->n_objects++ < RUN_MIN) {
+        return statement;
+    }
+    bool is_first = !r;
+    if (is_first) {
+        r = gather->patterns = begin_group(p, lo);
+    }
+    add_object(r, p, statement, node_lo, lo);
+    NodeId node = is_first ? r->node : 0;
+    if (r->n_missed > MOST_MISSED + r->n / 8) {
+        gather->is_off = r->n < LEAST_ALIKE * RUN_MAX_PATTERNS;
+        run_end(gather, p);
+        gather->n_objects = RUN_MIN; // the next group begins at once
+    }
+    return node;
+}
+
+static Run finish_run(Parser *p, Pattern *pattern) {
+    uint32_t *at = ARENA_ARRAY(p->arena, pattern->n, uint32_t), which[RUN_MAX_SLOTS], n_slots = 0;
+    double *columns[RUN_MAX_SLOTS];
+    for (uint32_t k = 0; k < pattern->n_slots; k++) {
+        if (pattern->varying >> k & 1) {
+            columns[n_slots] = ARENA_ARRAY(p->lasting, pattern->n, double);
+            which[n_slots++] = k;
+        }
+    }
+    size_t row = 0;
+    for (Block *block = pattern->blocks, *next; block; block = next) {
+        next = block->next;
+        memcpy(at + row, block->at, block->n * sizeof *at);
+        for (uint32_t i = 0; i < block->n; i++, row++) {
+            const double *numbers = block->numbers + (size_t)i * pattern->n_slots;
+            for (uint32_t s = 0; s < n_slots; s++) {
+                columns[s][row] = numbers[which[s]];
+            }
+        }
+        free(block);
+    }
+    RunSlot *slots = ARENA_ARRAY(p->arena, n_slots, RunSlot);
+    for (uint32_t s = 0; s < n_slots; s++) {
+        slots[s] = (RunSlot){pattern->node[which[s]], columns[s]};
+    }
+    return (Run){pattern->first, pattern->node_lo, pattern->node_hi, pattern->n, n_slots, at,
+                 slots};
+}
+
+void run_end(RunGather *gather, Parser *p) {
+    RunPatterns *r = gather->patterns;
     Syntax *syntax = p->syntax;
+    gather->n_objects = 0;
+    if (!r) {
+        return;
+    }
+    gather->patterns = NULL;
     syntax->runs = arena_grow(p->arena, syntax->runs, syntax->n_runs, &syntax->runs_capacity,
                               sizeof *syntax->runs);
-    Run *run = &syntax->runs[syntax->n_runs];
-    uint32_t *at = ARENA_ARRAY(p->arena, rows->n, uint32_t);
-    memcpy(at, rows->at, rows->n * sizeof *at);
-    *run = (Run){.first = statement, .node_lo = node_lo, .at = at, .n = (uint32_t)rows->n};
-    run->node_hi = (NodeId)syntax->n_nodes;
-    run->slots = make_columns(p, pattern, rows, &run->n_slots);
-    return parser_node(p, NODE_RUN, 0, at[0], (uint32_t)syntax->n_runs++, 0);
-}
-
-NodeId run_gather(Parser *p, NodeId statement, NodeId node_lo, uint32_t lo) {
-    Pattern pattern;
-    Rows rows = {0};
-    Lexer first = lex_at(p->syntax->file, lo);
-    bool is_candidate = p->lasting && p->syntax->nodes[statement].kind == NODE_OBJECT &&
-                        lo >= p->no_run_before && p->token.kind == TOKEN_NAME;
-    if (!is_candidate || *first.at != *parser_text(p, p->token.lo)) {
-        return statement;
+    Run *runs = ARENA_ARRAY(p->arena, r->n_patterns, Run);
+    for (uint32_t k = 0; k < r->n_patterns; k++) {
+        runs[k] = finish_run(p, r->patterns[k]);
     }
-    // A run within is evaluated by other means than numbers.
-    if (p->syntax->n_runs && p->syntax->runs[p->syntax->n_runs - 1].first >= node_lo) {
-        return statement;
+    bool is_mixed = r->n_patterns + r->n_singles > 1;
+    uint8_t *kinds = is_mixed ? ARENA_ARRAY(p->arena, r->n, uint8_t) : NULL;
+    NodeId *singles = ARENA_ARRAY(p->arena, r->n_singles, NodeId);
+    if (is_mixed) {
+        memcpy(kinds, r->kinds, r->n);
     }
-    if (make_pattern(p, node_lo, lo, p->last_hi, &pattern) && reserve_row(&rows, pattern.n) &&
-        match(&pattern, &first, rows.numbers)) {
-        rows.at[rows.n++] = lo;
-        uint32_t end = take_rows(p, &pattern, p->token.lo, &rows);
-        if (rows.n >= RUN_MIN) {
-            statement = make_run(p, statement, node_lo, &pattern, &rows);
-            parser_seek(p, end);
-        }
+    if (r->n_singles) {
+        memcpy(singles, r->singles, r->n_singles * sizeof *singles);
     }
-    free(rows.numbers);
-    free(rows.at);
-    return statement;
+    syntax->nodes[r->node].a = (uint32_t)syntax->n_runs;
+    syntax->runs[syntax->n_runs++] =
+        (RunGroup){runs, kinds, singles, (uint32_t)r->n, r->n_patterns, (uint32_t)r->n_singles};
+    Arena arena = r->arena;
+    arena_free(&arena);
 }
 
 const RunSlot *run_slot(const Run *run, NodeId node) {

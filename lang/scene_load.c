@@ -8,6 +8,7 @@
 #include "lang/builtins.h"
 #include "lang/loader.h"
 #include "lang/lower.h"
+#include "lang/run.h"
 #include "lang/watch.h"
 
 struct Loading {
@@ -133,22 +134,38 @@ static void read_shutter(Loading *loading, Overrides *overrides) {
 
 // ---- Walks
 
+static void try_film(Loading *loading, const Env *env, NodeId statement) {
+    Eval *ev = &loading->ev;
+    const Syntax *syntax = env->module->syntax;
+    const Node *node = syntax_node(syntax, statement);
+    if (node->kind != NODE_OBJECT || loading->has_film) {
+        return;
+    }
+    const Node *path = syntax_node(syntax, syntax->extra[node->a + 1]);
+    if (path->kind == NODE_NAME && path->a == ev->kind_names[OBJECT_FILM]) {
+        loading->has_film = true;
+        eval_object(ev, env, &loading->place, statement);
+        diag_next_statement(ev->diag);
+    }
+}
+
 static void find_film(Eval *ev, const Env *env, NodeId block, void *context) {
+    (void)ev;
     const Syntax *syntax = env->module->syntax;
     const Node *node = syntax_node(syntax, block);
-    Loading *loading = context;
     for (uint32_t i = 0; i < node->b; i++) {
         NodeId statement = syntax->extra[node->a + i];
         const Node *s = syntax_node(syntax, statement);
-        if (s->kind != NODE_OBJECT) {
+        if (s->kind != NODE_RUN) {
+            try_film(context, env, statement);
             continue;
         }
-        const Node *path = syntax_node(syntax, syntax->extra[s->a + 1]);
-        if (path->kind == NODE_NAME && path->a == ev->kind_names[OBJECT_FILM] &&
-            !loading->has_film) {
-            loading->has_film = true;
-            eval_object(ev, env, &loading->place, statement);
-            diag_next_statement(ev->diag);
+        const RunGroup *group = &syntax->runs[s->a];
+        for (uint32_t k = 0; k < group->n_runs; k++) {
+            try_film(context, env, group->runs[k].first);
+        }
+        for (uint32_t k = 0; k < group->n_singles; k++) {
+            try_film(context, env, group->singles[k]);
         }
     }
 }

@@ -106,14 +106,14 @@ Symbol symbol_of(Symbols *symbols, const char *text, size_t n); // interns; neve
 const char *symbol_text(const Symbols *symbols, Symbol symbol); // NUL-terminated
 size_t symbol_size(const Symbols *symbols, Symbol symbol);
 
-typedef struct Run Run; // lang/run.h
+typedef struct RunGroup RunGroup; // lang/run.h
 
 typedef struct {
     const SourceFile *file;
     Symbols *symbols;
     Node *nodes;
     uint32_t *extra;
-    Run *runs;
+    RunGroup *runs;
     size_t n_nodes, n_extra, n_runs, nodes_capacity, extra_capacity, runs_capacity;
     NodeId root;     // NODE_BLOCK of the file's statements
     double version;  // after `st4`, or 0

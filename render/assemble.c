@@ -10,6 +10,20 @@
 // Where a shape says nothing.
 static const double DEFAULT_TOLERANCE = 0.25;
 
+enum {
+    FEW = 64,     // spheres are bodies of their own; more are one
+    MANY = 8,     // of one shape are a body by themselves
+    CLASSES = 35, // of radii
+    CLASS_BITS =
+        6 // between the least and the most of a class: vertices are floats in a common frame
+};
+
+// A sphere of the world that is none of a set.
+typedef struct {
+    SphereOf of;
+    double at[4]; // center and radius
+} Standing;
+
 typedef struct {
     Arena *arena;
     const Scene *scene;
@@ -19,6 +33,10 @@ typedef struct {
     // Still meshes by (mesh, smooth): a hash table of indices into forms, plus 1.
     uint32_t *shared;
     size_t shared_size;
+    Form *ball; // a sphere of radius 1; NULL: not made yet
+    // Single spheres that stand, by the size of their radius.
+    Standing *standing[CLASSES];
+    size_t n_standing[CLASSES], standing_capacity[CLASSES];
     MoverPart *baked_movers;
     BodyPart *baked;
     size_t n_baked, movers_capacity, baked_capacity;
@@ -52,21 +70,15 @@ static Form *add_form(Work *w) {
     return form;
 }
 
-static Body *add_body(Work *w, Body body) {
+static void add_body(Work *w, Body body) {
     Assembly *out = w->out;
-    if (!body.moves) {
-        body.fixed = body_place(&body, 0);
-    }
     if (body.form) {
-        out->bodies =
-            arena_grow(w->arena, out->bodies, out->n_bodies, &out->bodies_capacity, sizeof body);
-        out->bodies[out->n_bodies] = body;
-        return &out->bodies[out->n_bodies++];
+        out->bodies[out->n_bodies++] = body; // there is room for all
+        return;
     }
     out->planes =
         arena_grow(w->arena, out->planes, out->n_planes, &out->planes_capacity, sizeof body);
-    out->planes[out->n_planes] = body;
-    return &out->planes[out->n_planes++];
+    out->planes[out->n_planes++] = body;
 }
 
 static double tolerance_of(const Work *w, const Shape *shape) {
@@ -169,6 +181,15 @@ static Form *sphere_form(Work *w, const Shape *shape, MoverPart part, uint32_t f
     return form;
 }
 
+// The one that all spheres share that do not change in their own block.
+static Form *ball_form(Work *w, const Shape *shape) {
+    static const double ball[4] = {0, 0, 0, 1};
+    if (!w->ball) {
+        w->ball = sphere_form(w, shape, (MoverPart){.n = 1, .rest = ball}, 0, 1, false);
+    }
+    return w->ball;
+}
+
 static bool is_visible(const Shape *shape, uint32_t instance) {
     if (!shape->visible || program_reads_time(shape->visible)) {
         return true;
@@ -180,7 +201,7 @@ static bool is_visible(const Shape *shape, uint32_t instance) {
 }
 
 // All instances as one set of spheres in the world.
-static void add_sphere_set(Work *w, const Shape *shape, uint32_t object) {
+static void add_sphere_set(Work *w, const Shape *shape, uint32_t base) {
     uint32_t *instances = ARENA_ARRAY(w->arena, shape->n_instances, uint32_t), n = 0;
     for (uint32_t i = 0; i < shape->n_instances; i++) {
         if (is_visible(shape, i)) {
@@ -197,13 +218,107 @@ static void add_sphere_set(Work *w, const Shape *shape, uint32_t object) {
         part.in.varying |= 1u << (IN_LOOP0 + k);
     }
     if (n > 0) {
-        Form *form = sphere_form(w, shape, part, 0, 1, true);
+        BodyOfMany *many = ARENA_NEW(w->arena, BodyOfMany);
+        *many = (BodyOfMany){.instances = instances, .n = n, .base = base};
         add_body(w, (Body){.shape = shape,
-                           .object = object,
-                           .form = form,
-                           .is_in_world = true,
-                           .loops = shape_loops(shape, 0),
-                           .instances = instances});
+                           .object = shape_object(shape, base, instances[0]),
+                           .form = sphere_form(w, shape, part, 0, 1, true),
+                           .many = many});
+    }
+}
+
+static void add_instance(Work *w, const Shape *shape, uint32_t instance, uint32_t object,
+                         Form *form) {
+    Body body = {.shape = shape, .instance = instance, .object = object, .form = form};
+    body.is_ball = form && form == w->ball;
+    body.moves = program_reads_time(shape->transform) || program_reads_time(shape->visible) ||
+                 (!form && program_reads_time(shape->geometry));
+    if (body.moves || body_place(&body, 0).is_present) {
+        add_body(w, body);
+    }
+}
+
+static bool is_finite_sphere(const Shape *shape, uint32_t instance) {
+    double s[4];
+    sphere_at(shape, shape_loops(shape, instance), 0, s);
+    return isfinite(s[0] + s[1] + s[2] + s[3]);
+}
+
+static Form *instance_form(Work *w, const Shape *shape, uint32_t instance, uint32_t n) {
+    if (shape->kind == SHAPE_SPHERE) {
+        bool is_still = !program_reads_time(shape->geometry);
+        return is_still && is_finite_sphere(shape, instance)
+                   ? ball_form(w, shape)
+                   : sphere_form(w, shape, sphere_part(shape, instance), instance, n, false);
+    }
+    return deforms(shape) ? mesh_form(w, shape, instance, n) : still_form(w, shape);
+}
+
+// A sphere as a body of its own.
+static void add_own(Work *w, const Shape *shape, uint32_t instance, uint32_t object) {
+    add_instance(w, shape, instance, object, instance_form(w, shape, instance, 1));
+}
+
+static uint32_t class_of(double radius) {
+    int exponent;
+    frexp(radius, &exponent);
+    exponent = exponent < -100 ? -100 : exponent > 100 ? 100 : exponent;
+    return (uint32_t)(exponent + 102) / CLASS_BITS;
+}
+
+// Where an instance stands in the world; false: nowhere, or it is something to report.
+static bool standing_at(const Shape *shape, uint32_t instance, double at[4]) {
+    double in[IN_COUNT];
+    Affine map;
+    shape_inputs(shape, shape_loops(shape, instance), 0, in);
+    program_run1(shape->geometry, in, at);
+    if (!affine_run(shape->transform, in, &map)) {
+        return false;
+    }
+    Vec3 p = affine_point(&map, vec3(at[0], at[1], at[2]));
+    at[0] = p.x;
+    at[1] = p.y;
+    at[2] = p.z;
+    at[3] *= cbrt(fabs(affine_det(&map)));
+    return vec3_is_finite(p) && isfinite(at[3]) && at[3] >= 0;
+}
+
+static void add_standing(Work *w, const Shape *shape, uint32_t instance, uint32_t object) {
+    Standing standing = {{shape, instance, object}, {0}};
+    if (!standing_at(shape, instance, standing.at)) {
+        add_own(w, shape, instance, object);
+        return;
+    }
+    uint32_t k = class_of(standing.at[3]);
+    w->standing[k] = arena_grow(w->arena, w->standing[k], w->n_standing[k],
+                                &w->standing_capacity[k], sizeof standing);
+    w->standing[k][w->n_standing[k]++] = standing;
+}
+
+static void join_standing(Work *w, const Standing *standing, size_t n) {
+    SphereOf *spheres = ARENA_ARRAY(w->arena, n, SphereOf);
+    double *rest = ARENA_ARRAY(w->arena, 4 * n, double);
+    for (size_t i = 0; i < n; i++) {
+        spheres[i] = standing[i].of;
+        memcpy(rest + 4 * i, standing[i].at, sizeof standing[i].at);
+    }
+    BodyOfMany *many = ARENA_NEW(w->arena, BodyOfMany);
+    *many = (BodyOfMany){.spheres = spheres, .n = (uint32_t)n};
+    Form *form = sphere_form(w, spheres[0].shape, (MoverPart){.n = n, .rest = rest}, 0, 1, true);
+    add_body(w, (Body){.object = spheres[0].object, .form = form, .many = many});
+}
+
+static void add_all_standing(Work *w) {
+    for (int k = 0; k < CLASSES; k++) {
+        size_t n = w->n_standing[k];
+        if (n > FEW) {
+            join_standing(w, w->standing[k], n);
+            continue;
+        }
+        for (size_t i = 0; i < n; i++) {
+            const SphereOf *of = &w->standing[k][i].of;
+            add_own(w, of->shape, of->instance, of->object);
+        }
     }
 }
 
@@ -225,55 +340,45 @@ static void bake_instance(Work *w, const Shape *shape, uint32_t instance, uint32
     w->baked[w->n_baked++] = part;
 }
 
-static void add_instance(Work *w, const Shape *shape, uint32_t instance, uint32_t object,
-                         Form *form) {
-    Body body = {.shape = shape,
-                 .loops = shape_loops(shape, instance),
-                 .instance = instance,
-                 .object = object,
-                 .form = form};
-    body.moves = program_reads_time(shape->transform) || program_reads_time(shape->visible) ||
-                 (!form && program_reads_time(shape->geometry));
-    if (body.moves || body_place(&body, 0).is_present) {
-        add_body(w, body);
-    }
-}
-
-static Form *instance_form(Work *w, const Shape *shape, uint32_t instance, uint32_t n) {
-    if (shape->kind == SHAPE_SPHERE) {
-        return sphere_form(w, shape, sphere_part(shape, instance), instance, n, false);
-    }
-    return deforms(shape) ? mesh_form(w, shape, instance, n) : still_form(w, shape);
-}
-
-static void add_shape(Work *w, const Shape *shape, uint32_t object) {
+static void add_instances(Work *w, const Shape *shape, uint32_t base) {
     const Program *points = shape->kind == SHAPE_MESH ? shape->vertex : shape->geometry;
     bool is_own = program_reads_loops(points), bakes = is_baked(w, shape);
+    bool stands = shape_stands(shape) && !program_reads_time(shape->geometry);
+    Smoothing smoothing =
+        bakes ? smoothing_new(w->arena, shape->mesh, shape->smooth, true) : (Smoothing){0};
+    Form *form = NULL;
+    for (uint32_t i = 0; i < shape->n_instances; i++) {
+        uint32_t object = shape_object(shape, base, i);
+        if (!is_visible(shape, i)) {
+            continue;
+        }
+        if (bakes) {
+            bake_instance(w, shape, i, object, &smoothing);
+        } else if (stands) {
+            add_standing(w, shape, i, object);
+        } else {
+            if (shape->kind != SHAPE_PLANE && (!form || is_own)) {
+                form = instance_form(w, shape, i, is_own ? 1 : shape->n_instances - i);
+            }
+            add_instance(w, shape, i, object, form);
+        }
+    }
+}
+
+static void add_shape(Work *w, const Shape *shape, uint32_t base) {
     if (shape->kind == SHAPE_MESH) {
         report_degenerate(w->reporter, shape);
         if (shape->mesh->n_triangles == 0) {
             return;
         }
     }
-    if (shape_is_sphere_set(shape)) {
-        add_sphere_set(w, shape, object);
-        return;
-    }
-    Smoothing smoothing =
-        bakes ? smoothing_new(w->arena, shape->mesh, shape->smooth, true) : (Smoothing){0};
-    Form *form = NULL;
-    for (uint32_t i = 0; i < shape->n_instances; i++) {
-        if (!is_visible(shape, i)) {
-            continue;
-        }
-        if (bakes) {
-            bake_instance(w, shape, i, object + i, &smoothing);
-            continue;
-        }
-        if (shape->kind != SHAPE_PLANE && (!form || is_own)) {
-            form = instance_form(w, shape, i, is_own ? 1 : shape->n_instances - i);
-        }
-        add_instance(w, shape, i, object + i, form);
+    bool is_set =
+        shape_stands(shape) && (shape->n_instances >= MANY ||
+                                (shape->n_instances > 1 && program_reads_time(shape->geometry)));
+    if (is_set) {
+        add_sphere_set(w, shape, base);
+    } else {
+        add_instances(w, shape, base);
     }
 }
 
@@ -327,11 +432,9 @@ static void add_baked(Work *w) {
         }
     }
     s->breaks = breaks;
-    add_body(w, (Body){.object = w->baked[0].object,
-                       .form = form,
-                       .is_in_world = true,
-                       .parts = w->baked,
-                       .n_parts = (uint32_t)w->n_baked});
+    BodyOfMany *many = ARENA_NEW(w->arena, BodyOfMany);
+    *many = (BodyOfMany){.parts = w->baked, .n = (uint32_t)w->n_baked};
+    add_body(w, (Body){.object = w->baked[0].object, .form = form, .many = many});
 }
 
 Assembly assemble(Arena *arena, const Scene *scene, const RenderOptions *options,
@@ -341,10 +444,16 @@ Assembly assemble(Arena *arena, const Scene *scene, const RenderOptions *options
         .arena = arena, .scene = scene, .options = options, .reporter = reporter, .out = &out};
     w.shared_size = 2 * (size_t)scene->n_shapes + 1;
     w.shared = ARENA_ARRAY(arena, w.shared_size, uint32_t);
+    size_t n_bodies = 1; // what is baked
+    for (uint32_t i = 0; i < scene->n_shapes; i++) {
+        n_bodies += scene->shapes[i].n_instances;
+    }
+    out.bodies = ARENA_ARRAY(arena, n_bodies, Body);
     for (uint32_t i = 0; i < scene->n_shapes; i++) {
         add_shape(&w, &scene->shapes[i], out.n_objects);
         out.n_objects += scene->shapes[i].n_instances;
     }
+    add_all_standing(&w);
     add_baked(&w);
     return out;
 }

@@ -7,10 +7,10 @@
 
 typedef struct {
     Form **forms;
-    Body *bodies; // with a form; ascending by object
+    Body *bodies; // with a form
     Body *planes;
     uint32_t n_forms, n_bodies, n_planes, n_objects;
-    size_t forms_capacity, bodies_capacity, planes_capacity;
+    size_t forms_capacity, planes_capacity;
 } Assembly;
 
 // Everything is allocated from the arena but what forms allocate themselves. Warnings about rest

@@ -13,20 +13,62 @@ static const double STRAIGHT = 0.05;
 // Lerped floats may lie beyond their ends by a rounding; relative to the box and to its place.
 static const double ROUNDING = 0x1p-20, ROUNDING_PLACE = 0x1p-48;
 
+const BodyPart *body_part(const BodyOfMany *many, uint32_t prim) {
+    uint32_t lo = 0, hi = many->n;
+    while (hi - lo > 1) {
+        uint32_t mid = lo + (hi - lo) / 2;
+        *(many->parts[mid].first_prim <= prim ? &lo : &hi) = mid;
+    }
+    return &many->parts[lo];
+}
+
+void sphere_at(const Shape *shape, const double *loops, double seconds, double out[4]) {
+    double in[IN_COUNT];
+    shape_inputs(shape, loops, seconds, in);
+    program_run1(shape->geometry, in, out);
+}
+
+// To where the sphere of radius 1 around the origin becomes the shape's.
+static void affine_ball(Affine *map, const double sphere[4]) {
+    Vec3 center = affine_point(map, vec3(sphere[0], sphere[1], sphere[2]));
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++) {
+            map->m[i][k] *= sphere[3];
+        }
+    }
+    map->m[0][3] = center.x;
+    map->m[1][3] = center.y;
+    map->m[2][3] = center.z;
+}
+
+bool body_map(const Body *body, double seconds, Affine *map) {
+    double in[IN_COUNT], sphere[4];
+    shape_inputs(body->shape, body_loops(body), seconds, in);
+    if (!affine_run(body->shape->transform, in, map)) {
+        return false;
+    }
+    if (body->is_ball) {
+        program_run1(body->shape->geometry, in, sphere);
+        affine_ball(map, sphere);
+        return isfinite(sphere[0] + sphere[1] + sphere[2] + sphere[3]);
+    }
+    return true;
+}
+
 Placement body_place(const Body *body, double seconds) {
     Placement p = {.map = affine_identity(), .inverse = affine_identity(), .is_present = true};
-    if (body->is_in_world) {
+    if (body->many) {
         return p;
     }
     double in[IN_COUNT], seen;
-    shape_inputs(body->shape, body->loops, seconds, in);
-    p.is_present = affine_run(body->shape->transform, in, &p.map);
-    if (p.is_present && body->shape->transform) {
+    p.is_present = body_map(body, seconds, &p.map);
+    if (p.is_present && (body->is_ball || body->shape->transform)) {
         Affine linear = p.map;
         linear.m[0][3] = linear.m[1][3] = linear.m[2][3] = 0;
         p.is_present = affine_invert(&linear, &p.inverse);
     }
     if (p.is_present && body->shape->visible) {
+        shape_inputs(body->shape, body_loops(body), seconds, in);
         program_run1(body->shape->visible, in, &seen);
         p.is_present = seen != 0 && !isnan(seen);
     }
@@ -44,10 +86,9 @@ static bool is_similarity(const Affine *a) {
            fabs(vec3_dot(c[1], c[2])) <= bound && fabs(vec3_dot(c[2], c[0])) <= bound;
 }
 
-bool shape_is_sphere_set(const Shape *shape) {
-    if (shape->kind != SHAPE_SPHERE || shape->n_instances < 2 ||
-        program_reads_time(shape->transform) || program_reads_time(shape->visible) ||
-        program_reads_loops(shape->breaks)) {
+bool shape_stands(const Shape *shape) {
+    if (shape->kind != SHAPE_SPHERE || program_reads_time(shape->transform) ||
+        program_reads_time(shape->visible) || program_reads_loops(shape->breaks)) {
         return false;
     }
     uint32_t n = program_reads_loops(shape->transform) ? shape->n_instances : 1;
@@ -76,11 +117,9 @@ typedef struct {
 } Sweep;
 
 static Corners corners_at(const Sweep *s, double frac) {
-    double in[IN_COUNT], seconds = instant_seconds((Instant){s->frame, frac}, s->fps);
     Affine map;
     Corners c;
-    shape_inputs(s->body->shape, s->body->loops, seconds, in);
-    c.is_finite = affine_run(s->body->shape->transform, in, &map);
+    c.is_finite = body_map(s->body, instant_seconds((Instant){s->frame, frac}, s->fps), &map);
     for (int k = 0; k < 8; k++) {
         c.p[k] = affine_point(&map, bounds_corner(s->box, k));
     }
@@ -155,7 +194,7 @@ static Bounds pad_rounding(Bounds b) {
 
 Bounds body_bounds(const Body *body, double fps, int64_t frame, double lo, double hi) {
     Sweep s = {body, form_bounds(body->form, frame, lo, hi), fps, frame, bounds_empty()};
-    if (body->is_in_world || bounds_are_empty(s.box)) {
+    if (body->many || bounds_are_empty(s.box)) {
         return pad_rounding(s.box);
     }
     Corners a = corners_at(&s, lo);

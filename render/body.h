@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bodies: what the upper level of a world holds. Mostly one object (an instance of a shape) under
-// its transform; but all spheres of a loop that only stand somewhere are one body, and so is all
-// that is baked. Planes are bodies without a form.
+// its transform; but all spheres of a loop that only stand somewhere are one body, and so are all
+// single spheres of like size that do, and all that is baked. Planes are bodies without a form.
+//
+// There may be millions of them: a body is small, and what many of them do not need lies elsewhere.
 #ifndef RENDER_BODY_H
 #define RENDER_BODY_H
 
@@ -29,24 +31,53 @@ typedef struct {
 } BodyPart;
 
 typedef struct {
-    const Shape *shape; // NULL: baked
-    const double *loops;
-    uint32_t instance;
-    uint32_t object;           // the first; ids are the same in every block
-    Form *form;                // NULL: a plane
-    bool is_in_world;          // its points are: no transform is applied at the ray's time
-    bool moves;                // transform or visible read the time
-    Placement fixed;           // where it does not move
-    const uint32_t *instances; // spheres in one body: which instance each primitive is; NULL: 1:1
+    const Shape *shape;
+    uint32_t instance, object;
+} SphereOf;
+
+// What the primitives of a body of many objects belong to: one of these.
+typedef struct {
+    const uint32_t *instances; // [n]: spheres of one shape, the instance that each of them is
+    const SphereOf *spheres;   // [n]: spheres of several shapes
     const BodyPart *parts;     // baked
-    uint32_t n_parts;
+    uint32_t n;
+    uint32_t base; // of instances: the object that the first instance of the shape is
+} BodyOfMany;
+
+typedef struct {
+    const Shape *shape;     // NULL: of several
+    Form *form;             // NULL: a plane
+    const Placement *fixed; // where it does not move; NULL: not worked out
+    const BodyOfMany *many; // its points are in the world: no transform is applied at a ray's time
+    uint32_t instance;
+    uint32_t object; // the first; ids are the same in every block
+    bool is_ball;    // the form is a sphere of radius 1 around the origin: geometry is in the map
+    bool moves;      // transform or visible read the time
 } Body;
+
+static inline const double *body_loops(const Body *body) {
+    return body->shape ? shape_loops(body->shape, body->instance) : NULL;
+}
+
+// The object that an instance of a shape is, `base` being that of its first one.
+static inline uint32_t shape_object(const Shape *shape, uint32_t base, uint32_t instance) {
+    return shape->objects ? shape->objects[instance] : base + instance;
+}
+
+// The part of a baked body that a primitive belongs to.
+const BodyPart *body_part(const BodyOfMany *many, uint32_t prim);
+
+// From the points of the form to the world; of a body that is no set. False: not finite.
+bool body_map(const Body *body, double seconds, Affine *map);
 
 // From the body's programs at the film's seconds.
 Placement body_place(const Body *body, double seconds);
 
-// Whether all instances stand still as similarities, so that they can be one body.
-bool shape_is_sphere_set(const Shape *shape);
+// A sphere's center and radius in its own block.
+void sphere_at(const Shape *shape, const double *loops, double seconds, double out[4]);
+
+// Whether all instances of spheres stand still as similarities, so that they can be one body.
+bool shape_stands(const Shape *shape);
 
 // Bounds in the world over part of a cell, from the transform at probed instants; wide enough for
 // the motion between them.

@@ -122,6 +122,10 @@ static void count_form(Check *check, uint32_t s, const Form *form) {
     motion->bytes += form_array_bytes(form);
 }
 
+static const Shape *shape_of_many(const BodyOfMany *many, uint32_t k) {
+    return many->parts ? many->parts[k].shape : many->spheres[k].shape;
+}
+
 static void count_block(Check *check, const World *world) {
     const Assembly *parts = &world->parts;
     const Scene *scene = check->scene;
@@ -136,9 +140,9 @@ static void count_block(Check *check, const World *world) {
         if (body->shape && (body->form != last || body->shape != last_shape)) {
             count_form(check, (uint32_t)(body->shape - scene->shapes), body->form);
         }
-        for (uint32_t k = 0; k < body->n_parts; k++) {
-            const Shape *shape = body->parts[k].shape;
-            if (k == 0 || shape != body->parts[k - 1].shape) {
+        for (uint32_t k = 0; body->many && !body->shape && k < body->many->n; k++) {
+            const Shape *shape = shape_of_many(body->many, k);
+            if (k == 0 || shape != shape_of_many(body->many, k - 1)) {
                 count_form(check, (uint32_t)(shape - scene->shapes), body->form);
             }
         }

@@ -190,7 +190,7 @@ static void run_part(const MoverPart *part, double seconds, uint32_t width, Aren
     } else if (!part->track) {
         for (size_t i = 0; i < part->n; i++) {
             for (uint32_t c = 0; c < width; c++) {
-                out[c][i] = part->rest[3 * i + c];
+                out[c][i] = part->rest[width * i + c];
             }
         }
     }
@@ -200,10 +200,10 @@ static void run_part(const MoverPart *part, double seconds, uint32_t width, Aren
 }
 
 // The elements [first, first + n) of a part.
-static MoverPart slice_part(const MoverPart *part, size_t first, size_t n) {
+static MoverPart slice_part(const MoverPart *part, size_t first, size_t n, uint32_t width) {
     MoverPart slice = *part;
     slice.n = n;
-    slice.rest = part->rest ? part->rest + 3 * first : NULL;
+    slice.rest = part->rest ? part->rest + width * first : NULL;
     for (uint32_t input = 0; input < IN_COUNT; input++) {
         if (part->in.varying >> input & 1) {
             slice.in.at[input] += first;
@@ -221,7 +221,7 @@ void mover_run_some(const Mover *mover, size_t first, size_t n, double seconds, 
         if (lo >= hi) {
             continue;
         }
-        MoverPart slice = slice_part(&mover->parts[i], lo, hi - lo);
+        MoverPart slice = slice_part(&mover->parts[i], lo, hi - lo, mover->width);
         size_t to = begin + lo - first;
         double *const at[4] = {out[0] + to, out[1] + to, out[2] + to,
                                mover->width == 4 ? out[3] + to : NULL};
@@ -234,13 +234,13 @@ void mover_run(const Mover *mover, double seconds, Arena *scratch, double *const
 }
 
 static MoverPart subset_part(Arena *arena, const MoverPart *part, const uint32_t *which, size_t n,
-                             size_t first) {
+                             size_t first, uint32_t width) {
     MoverPart small = *part;
     small.n = n;
     if (part->rest) {
-        double *rest = ARENA_ARRAY(arena, 3 * n, double);
+        double *rest = ARENA_ARRAY(arena, width * n, double);
         for (size_t i = 0; i < n; i++) {
-            memcpy(&rest[3 * i], &part->rest[3 * (which[i] - first)], 3 * sizeof *rest);
+            memcpy(&rest[width * i], &part->rest[width * (which[i] - first)], width * sizeof *rest);
         }
         small.rest = rest;
     }
@@ -273,8 +273,8 @@ Mover mover_subset(Arena *arena, const Mover *mover, const uint32_t *which, size
             end++;
         }
         if (end > taken) {
-            small.parts[small.n_parts++] =
-                subset_part(arena, &mover->parts[i], which + taken, end - taken, first);
+            small.parts[small.n_parts++] = subset_part(arena, &mover->parts[i], which + taken,
+                                                       end - taken, first, mover->width);
         }
         first += mover->parts[i].n;
         taken = end;

@@ -11,7 +11,7 @@
 
 typedef struct {
     size_t n;
-    const double *rest;       // [n][3]: the positions where points and track are NULL
+    const double *rest;       // [n][width]: the values where points and track are NULL
     const VertexTrack *track; // the positions that points reads, or goes without
     const uint32_t *which;    // [n]: the vertices of the track; NULL: the first n
     const Program *points;    // 3 outputs, for spheres 4

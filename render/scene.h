@@ -122,6 +122,10 @@ typedef struct {
     uint32_t n_instances; // 1 without loops
     uint32_t n_loops;     // 0..4
     const double *loops;  // [n_instances][n_loops]: IN_LOOP0...
+
+    // [n_instances]: which objects of the scene the instances are, counted as they were written;
+    // NULL: those behind the ones of the shape before.
+    const uint32_t *objects;
 } Shape;
 
 typedef struct {

@@ -133,17 +133,15 @@ static Local local_plane(const Body *body, double seconds, double step, Vec3 on_
 // Velocity of a point that is fixed in object space, by central differences of the transform: the
 // error is (angular velocity * RATE_STEP frame)^2 / 6 of the velocity.
 static Vec3 carried_velocity(const WorldView *view, const Body *body, Vec3 p) {
-    const Shape *shape = body->shape;
-    if (body->is_in_world || !program_reads_time(shape->transform)) {
+    if (body->many || !program_reads_time(body->shape->transform)) {
         return vec3(0, 0, 0);
     }
-    double t[2], in[IN_COUNT];
+    double t[2];
     Affine map[2];
     for (int k = 0; k < 2; k++) {
         double step = k ? RATE_STEP : -RATE_STEP;
         t[k] = instant_seconds(instant_at(view->at.frame, view->at.frac + step), view->world->fps);
-        shape_inputs(shape, body->loops, t[k], in);
-        if (!affine_run(shape->transform, in, &map[k])) {
+        if (!body_map(body, t[k], &map[k])) {
             return vec3(0, 0, 0);
         }
     }
@@ -215,34 +213,29 @@ static Vec3 consistent(Vec3 n, Vec3 ng, Vec3 dir) {
 }
 
 // Whose primitive it is: in a body of many, one of the instances or parts.
-static const Body *resolve(const Body *body, const WorldHit *hit, SurfacePoint *point,
-                           uint32_t *prim) {
-    *prim = (uint32_t)hit->prim;
+static void resolve(const Body *body, const WorldHit *hit, SurfacePoint *point) {
+    const BodyOfMany *many = body->many;
     point->shape = body->shape;
     point->instance = body->instance;
-    if (body->instances) {
-        point->instance = body->instances[hit->prim];
+    if (many && many->spheres) {
+        point->shape = many->spheres[hit->at].shape;
+        point->instance = many->spheres[hit->at].instance;
+    } else if (many && many->instances) {
+        point->instance = many->instances[hit->at];
+    } else if (many) {
+        const BodyPart *part = body_part(many, hit->at);
+        point->shape = part->shape;
+        point->instance = part->instance;
     }
-    for (uint32_t i = 0; i < body->n_parts; i++) {
-        const BodyPart *part = &body->parts[i];
-        if (part->object == hit->object) {
-            point->shape = part->shape;
-            point->instance = part->instance;
-            *prim += part->first_prim;
-            break;
-        }
-    }
-    const Shape *shape = point->shape;
-    point->loops = shape_loops(shape, point->instance);
-    point->material = shape->material;
-    return body;
+    point->loops = shape_loops(point->shape, point->instance);
+    point->material = point->shape->material;
 }
 
 // Baked vertices are in the world already: a mirrored transform has turned their faces round.
 static double handedness(const WorldView *view, const Body *body, const SurfacePoint *point) {
     double in[IN_COUNT];
     Affine map;
-    if (!body->parts || !point->shape->transform) {
+    if (!body->many || !body->many->parts || !point->shape->transform) {
         return 1;
     }
     shape_inputs(point->shape, point->loops, view->seconds, in);
@@ -261,12 +254,17 @@ static Local local_of(const WorldView *view, const Body *body, const BodyView *a
 }
 
 static void set_rest(const Body *body, const Local *l, const WorldHit *hit, SurfacePoint *point) {
+    double s[4];
     if (point->shape->kind == SHAPE_MESH) {
         rest_of(point->shape->mesh, (uint32_t)hit->prim, hit->u, hit->v, point);
         return;
     }
     point->p = l->p;
     point->n = l->ng;
+    if (body->is_ball) {
+        sphere_at(body->shape, point->loops, 0, s);
+        point->p = vec3_madd(vec3(s[0], s[1], s[2]), s[3], l->p);
+    }
     if (body->form) {
         sphere_coordinates(l->ng, point);
     } else {
@@ -276,13 +274,13 @@ static void set_rest(const Body *body, const Local *l, const WorldHit *hit, Surf
 
 void world_surface(WorldView *view, Vec3 origin, Vec3 dir, const WorldHit *hit,
                    SurfacePoint *point) {
-    uint32_t prim;
-    const Body *body = resolve(world_body(view->world, hit->object), hit, point, &prim);
+    const Body *body = world_body(view->world, hit->body);
+    resolve(body, hit, point);
     const BodyView *at = view_body(view, body);
     const Placement *place = at->place;
-    Vec3 o = body->is_in_world ? origin : placement_point_back(place, origin);
-    Vec3 d = body->is_in_world ? dir : affine_vector(&place->inverse, dir);
-    Local l = local_of(view, body, at, vec3_madd(o, hit->t, d), hit, prim);
+    Vec3 o = body->many ? origin : placement_point_back(place, origin);
+    Vec3 d = body->many ? dir : affine_vector(&place->inverse, dir);
+    Local l = local_of(view, body, at, vec3_madd(o, hit->t, d), hit, hit->at);
     set_rest(body, &l, hit, point);
     double side = handedness(view, body, point), grown = stretch(&place->map);
     point->P = affine_point(&place->map, l.p);

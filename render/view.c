@@ -52,8 +52,8 @@ const BodyView *view_body(WorldView *view, const Body *body) {
     }
     slot->stamp = view->stamp;
     slot->body = body;
-    slot->place = &body->fixed;
-    if (body->moves) {
+    slot->place = body->fixed;
+    if (!body->fixed) {
         slot->own = body_place(body, view->seconds);
         slot->place = &slot->own;
     }
@@ -82,7 +82,7 @@ static bool enter(const Query *q, const Body *body, double tmax, AccelRay *ray,
         return false;
     }
     Vec3 origin = q->origin, dir = q->dir;
-    if (!body->is_in_world) {
+    if (!body->many) {
         origin = placement_point_back(at->place, origin);
         dir = affine_vector(&at->place->inverse, dir);
     }
@@ -96,14 +96,24 @@ static bool enter(const Query *q, const Body *body, double tmax, AccelRay *ray,
     return true;
 }
 
-// The part of a baked body that a primitive belongs to.
-static const BodyPart *part_of(const Body *body, uint32_t prim) {
-    uint32_t lo = 0, hi = body->n_parts;
-    while (hi - lo > 1) {
-        uint32_t mid = lo + (hi - lo) / 2;
-        *(body->parts[mid].first_prim <= prim ? &lo : &hi) = mid;
+// Whose primitive it is.
+static void name_object(const Body *body, WorldHit *hit) {
+    const BodyOfMany *many = body->many;
+    hit->object = body->object;
+    hit->prim = (int32_t)hit->at;
+    if (!many) {
+        return;
     }
-    return &body->parts[lo];
+    if (many->parts) {
+        const BodyPart *part = body_part(many, hit->at);
+        hit->object = part->object;
+        hit->prim -= (int32_t)part->first_prim;
+    } else {
+        hit->object = many->spheres
+                          ? many->spheres[hit->at].object
+                          : shape_object(body->shape, many->base, many->instances[hit->at]);
+        hit->prim = 0;
+    }
 }
 
 // Keeps a hit if it is nearer, or as near and of a lower object.
@@ -114,7 +124,8 @@ static void keep(Query *q, WorldHit hit) {
     }
 }
 
-static void ask(Query *q, const Body *body, double tmax) {
+static void ask(Query *q, uint32_t id, double tmax) {
+    const Body *body = &q->view->world->parts.bodies[id];
     AccelRay ray;
     FrameDistance distance;
     AccelHit hit;
@@ -129,19 +140,19 @@ static void ask(Query *q, const Body *body, double tmax) {
     if (!type->closest(body->form->accel, &ray, &hit, &q->view->count)) {
         return;
     }
-    WorldHit found = {distance.base + hit.t * distance.unit, body->object, hit.prim, hit.u, hit.v};
-    if (body->parts) {
-        const BodyPart *part = part_of(body, (uint32_t)hit.prim);
-        found.object = part->object;
-        found.prim -= (int32_t)part->first_prim;
-    }
+    WorldHit found = {.t = distance.base + hit.t * distance.unit,
+                      .u = hit.u,
+                      .v = hit.v,
+                      .body = id,
+                      .at = (uint32_t)hit.prim};
+    name_object(body, &found);
     keep(q, found);
 }
 
 static double visit(void *context, uint32_t id, double tmax) {
     Query *q = context;
     double best = q->is_hit && q->hit.t < tmax ? q->hit.t : tmax;
-    ask(q, &q->view->world->parts.bodies[id], best);
+    ask(q, id, best);
     if (q->is_hit) {
         return q->any ? -INFINITY : fmin(q->hit.t, tmax);
     }
@@ -150,14 +161,16 @@ static double visit(void *context, uint32_t id, double tmax) {
 
 bool plane_at(const Body *body, double seconds, Vec3 *normal, double *offset) {
     double in[IN_COUNT], out[4];
-    shape_inputs(body->shape, body->loops, seconds, in);
+    shape_inputs(body->shape, body_loops(body), seconds, in);
     program_run1(body->shape->geometry, in, out);
     *normal = vec3_normalize(vec3(out[0], out[1], out[2]));
     *offset = out[3];
     return vec3_is_finite(*normal) && isfinite(*offset) && vec3_dot(*normal, *normal) > 0;
 }
 
-static void ask_plane(Query *q, const Body *body, double tmax) {
+static void ask_plane(Query *q, uint32_t id, double tmax) {
+    const Assembly *parts = &q->view->world->parts;
+    const Body *body = &parts->planes[id];
     const BodyView *at = view_body(q->view, body);
     Vec3 normal;
     double offset;
@@ -169,7 +182,7 @@ static void ask_plane(Query *q, const Body *body, double tmax) {
     Vec3 dir = affine_vector(&at->place->inverse, q->dir);
     double t = (offset - vec3_dot(origin, normal)) / vec3_dot(dir, normal);
     if (t > q->tmin && t <= tmax && isfinite(t)) {
-        keep(q, (WorldHit){.t = t, .object = body->object});
+        keep(q, (WorldHit){.t = t, .object = body->object, .body = parts->n_bodies + id});
     }
 }
 
@@ -190,7 +203,7 @@ static bool trace(Query *q, double tmax) {
     const Assembly *parts = &q->view->world->parts;
     uint64_t n_rays = q->view->count.rays + 1;
     for (uint32_t i = 0; i < parts->n_planes && !(q->any && q->is_hit); i++) {
-        ask_plane(q, &parts->planes[i], q->is_hit ? q->hit.t : tmax);
+        ask_plane(q, i, q->is_hit ? q->hit.t : tmax);
     }
     if (!(q->any && q->is_hit)) {
         trace_bodies(q, q->is_hit ? q->hit.t : tmax);
@@ -213,32 +226,7 @@ bool world_occluded(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double 
     return trace(&q, tmax);
 }
 
-static const Body *find_body(const Body *bodies, uint32_t n, uint32_t object) {
-    uint32_t lo = 0, hi = n;
-    while (lo < hi) {
-        uint32_t mid = lo + (hi - lo) / 2;
-        if (bodies[mid].object <= object) {
-            lo = mid + 1;
-        } else {
-            hi = mid;
-        }
-    }
-    return lo > 0 ? &bodies[lo - 1] : NULL;
-}
-
-const Body *world_body(const World *world, uint32_t object) {
+const Body *world_body(const World *world, uint32_t body) {
     const Assembly *parts = &world->parts;
-    const Body *plane = find_body(parts->planes, parts->n_planes, object);
-    if (plane && plane->object == object) {
-        return plane;
-    }
-    // What is baked is one body, the last; its objects lie anywhere between the others.
-    uint32_t n = parts->n_bodies;
-    const Body *last = n > 0 ? &parts->bodies[n - 1] : NULL;
-    if (last && last->parts) {
-        n--;
-    }
-    const Body *body = find_body(parts->bodies, n, object);
-    bool is_found = body && (body->object == object);
-    return is_found ? body : last;
+    return body < parts->n_bodies ? &parts->bodies[body] : &parts->planes[body - parts->n_bodies];
 }

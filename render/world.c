@@ -130,6 +130,26 @@ void world_destroy(World *world) {
     arena_free(&arena);
 }
 
+static void fix_all(Arena *arena, Body *bodies, uint32_t n) {
+    size_t n_fixed = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        n_fixed += !bodies[i].moves;
+    }
+    Placement *fixed = ARENA_ARRAY(arena, n_fixed, Placement);
+    for (uint32_t i = 0; i < n; i++) {
+        if (!bodies[i].moves) {
+            *fixed = body_place(&bodies[i], 0);
+            bodies[i].fixed = fixed++;
+        }
+    }
+}
+
+// What does not move is placed once and for all.
+static void fix_bodies(World *world) {
+    fix_all(&world->arena, world->parts.bodies, world->parts.n_bodies);
+    fix_all(&world->arena, world->parts.planes, world->parts.n_planes);
+}
+
 World *world_build(const Scene *scene, const RenderOptions *options, const int64_t *frames,
                    uint32_t n_frames, const Reporter *reporter, uint32_t *n_taken,
                    RenderStats *stats) {
@@ -140,6 +160,7 @@ World *world_build(const Scene *scene, const RenderOptions *options, const int64
         return NULL;
     }
     stats->sample_seconds += seconds_now() - start;
+    fix_bodies(world);
     AccelStats top;
     bool is_built = build_forms(world, options, why);
     if (is_built) {

@@ -40,8 +40,10 @@ void world_view_time(WorldView *view, Instant at);
 typedef struct {
     double t;        // in units of the ray's direction
     uint32_t object; // index, the same in every block
-    int32_t prim;
-    float u, v; // as AccelHit
+    int32_t prim;    // of the object's own
+    float u, v;      // as AccelHit
+    uint32_t body;   // for world_surface: where it was found
+    uint32_t at;     // which primitive there
 } WorldHit;
 
 // The nearest hit in (tmin, tmax); at equal distances the lowest object. dir needs not be unit.

@@ -65,7 +65,7 @@ const BodyView *view_body(WorldView *view, const Body *body);
 // A plane's unit normal and offset, in its own space.
 bool plane_at(const Body *body, double seconds, Vec3 *normal, double *offset);
 
-// The body of a hit's object.
-const Body *world_body(const World *world, uint32_t object);
+// Bodies are counted through, planes behind the others.
+const Body *world_body(const World *world, uint32_t body);
 
 #endif

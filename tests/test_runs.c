@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs of statements that differ in their numbers, against the same statements with a ';' between
 // them, which are no run: the same shapes and the same reports. What is not used costs nothing.
+#include "lang/run.h"
 #include "lang/scene_load.h"
 #include "tests/suite.h"
 
@@ -10,7 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { N = 150, LINE = 256 };
+enum { N = 450, LINE = 256 };
+
+static const char brick[] = "def Brick(w) { sphere { center = <w, -w, 2> } }";
 
 typedef struct {
     Arena arena;
@@ -70,6 +73,14 @@ static int write_moving(char *line, int i) {
                     "sin(%gturn * t) visible = t < %gs }%s",
                     fabs(number(i, 0)) + 1, number(i, 1), number(i, 2), number(i, 3),
                     fabs(number(i, 4)), i % 7 == 0 ? " // a comment, 12" : "");
+}
+
+static int write_plain(char *line, int i) {
+    return snprintf(line, LINE, "box { size = <%g, 1, %g> }", 1.0 + i, 2.0 + i);
+}
+
+static int write_named(char *line, int i) {
+    return snprintf(line, LINE, "sphere Ball%d { radius = %d }", i, i + 1);
 }
 
 static int write_labelled(char *line, int i) {
@@ -136,7 +147,34 @@ static void compare_copies(const Scene *a, const Shape *s, uint32_t i, const Sce
     }
 }
 
-// All copies of all shapes, in order; `most`: shapes of the run.
+// A copy of a shape.
+typedef struct {
+    const Shape *shape;
+    uint32_t instance;
+} Copy;
+
+// By object: each of them must be there once.
+static Copy *copies_of(const Scene *scene, uint32_t *n) {
+    uint32_t base = 0;
+    *n = 0;
+    for (uint32_t s = 0; s < scene->n_shapes; s++) {
+        *n += scene->shapes[s].n_instances;
+    }
+    Copy *copies = calloc(*n, sizeof *copies);
+    for (uint32_t s = 0; s < scene->n_shapes; s++) {
+        const Shape *shape = &scene->shapes[s];
+        for (uint32_t i = 0; i < shape->n_instances; i++) {
+            uint32_t object = shape->objects ? shape->objects[i] : base + i;
+            assert_in_range(object, 0, *n - 1);
+            assert_null(copies[object].shape);
+            copies[object] = (Copy){shape, i};
+        }
+        base += shape->n_instances;
+    }
+    return copies;
+}
+
+// All copies of all shapes, in order; `most`: shapes of the run besides the first RUN_MIN.
 static void check_shapes(StatementWriter *write, const char *before, uint32_t most) {
     Loaded run, plain;
     char *text = make_text(write, before, ""), *text_plain = make_text(write, before, " ;");
@@ -145,32 +183,56 @@ static void check_shapes(StatementWriter *write, const char *before, uint32_t mo
     assert_non_null(run.loaded.scene);
     assert_non_null(plain.loaded.scene);
     const Scene *a = run.loaded.scene, *b = plain.loaded.scene;
-    assert_in_range(a->n_shapes, 1, most);
-    uint32_t s = 0, i = 0;
-    for (uint32_t r = 0; r < b->n_shapes; r++) {
-        for (uint32_t j = 0; j < b->shapes[r].n_instances; j++) {
-            assert_true(s < a->n_shapes);
-            compare_copies(a, &a->shapes[s], i, b, &b->shapes[r], j);
-            if (++i == a->shapes[s].n_instances) {
-                s++;
-                i = 0;
-            }
-        }
+    assert_in_range(a->n_shapes, 1, RUN_MIN + most);
+    uint32_t n, n_plain;
+    Copy *copies = copies_of(a, &n), *copies_plain = copies_of(b, &n_plain);
+    assert_int_equal(n, n_plain);
+    for (uint32_t i = 0; i < n; i++) {
+        compare_copies(a, copies[i].shape, copies[i].instance, b, copies_plain[i].shape,
+                       copies_plain[i].instance);
     }
-    assert_int_equal(s, a->n_shapes);
+    free(copies);
+    free(copies_plain);
     unload(&run);
     unload(&plain);
     free(text);
     free(text_plain);
 }
 
+static int write_mixed(char *line, int i) {
+    static StatementWriter *const writers[] = {write_sphere, write_moving, write_copy, write_group,
+                                               write_plain};
+    return writers[(7 * i + i / 5) % 5](line, i);
+}
+
+// Some must be walked one by one, some are like no other.
+static int write_medley(char *line, int i) {
+    static StatementWriter *const writers[] = {write_sphere, write_choice, write_plain,
+                                               write_labelled, write_named};
+    return writers[i % 11 == 3 ? 4 : i % 4](line, i);
+}
+
+static int write_between(char *line, int i) {
+    int n = i % 3 ? 0 : snprintf(line, LINE, "let r%d = %g ", i, 1.0 + i);
+    return n +
+           snprintf(line + n, LINE, "sphere { radius = r%d center = <%d, 0, 0> }", i / 30 * 30, i);
+}
+
 static void runs_are_their_statements(void **state) {
     (void)state;
     check_shapes(write_sphere, "", 1);
     check_shapes(write_moving, "", 1);
-    check_shapes(write_copy, "def Brick(w) { sphere { center = <w, -w, 2> } }", 1);
+    check_shapes(write_copy, brick, 1);
     check_shapes(write_signs, "", N);
     check_shapes(write_group, "", 1);
+}
+
+static void runs_go_past_each_other(void **state) {
+    (void)state;
+    check_shapes(write_mixed, brick, 5);
+    check_shapes(write_medley, "", N);
+    check_shapes(write_between, "", 13);
+    check_shapes(write_named, "", N);
 }
 
 static void runs_are_walked_where_numbers_must_be_known(void **state) {
@@ -195,9 +257,13 @@ static int write_typo(char *line, int i) {
     return snprintf(line, LINE, "sphere { raduis = %d }", i + 1);
 }
 
-static int write_bounds(char *line, int i) {
+static int write_bounds_of(char *line, int i, bool is_bad) {
     return snprintf(line, LINE, "sphere { center = <%d, 0, 0> radius = %s%d }", i,
-                    i % 50 == 17 ? "-" : "", i + 1);
+                    is_bad ? "-" : "", i + 1);
+}
+
+static int write_bounds(char *line, int i) {
+    return write_bounds_of(line, i, i % 150 == 117);
 }
 
 static int write_unit(char *line, int i) {
@@ -212,6 +278,19 @@ static int write_unknown(char *line, int i) {
 static int write_broken(char *line, int i) {
     return snprintf(line, LINE, "sphere { center = <%d, 2, 3%s radius = 1 }", i,
                     i == 80 ? "" : ">");
+}
+
+// Kinds of mistakes that are found when runs are walked, and one by one.
+static int write_mixed_mistakes(char *line, int i) {
+    return i % 5 == 2   ? write_typo(line, i)
+           : i % 5 == 3 ? write_bounds_of(line, i, i / 5 % 30 == 7)
+                        : write_sphere(line, i);
+}
+
+// What all of them use is reported where the first of them stands.
+static int write_late(char *line, int i) {
+    return snprintf(line, LINE, "%s { translate <%d, 0, 0> %s }%s", i % 2 ? "sphere" : "box", i,
+                    i >= N / 2 ? "scale r" : "scale 2", i == N - 1 ? "\nlet r = nothing" : "");
 }
 
 // The lines that say what is wrong and where.
@@ -253,6 +332,8 @@ static void mistakes_in_runs_are_told_one_by_one(void **state) {
     check_reports(write_unknown, "", 1);
     check_reports(write_broken, "", 1);
     check_reports(write_copy, "", N); // there is no Brick
+    check_reports(write_mixed_mistakes, "", 3 + N / 5);
+    check_reports(write_late, "", 1);
 }
 
 // ---- What costs nothing
@@ -296,6 +377,7 @@ static void endless_loops_are_refused(void **state) {
 
 static const struct CMUnitTest tests[] = {
     cmocka_unit_test(runs_are_their_statements),
+    cmocka_unit_test(runs_go_past_each_other),
     cmocka_unit_test(runs_are_walked_where_numbers_must_be_known),
     cmocka_unit_test(short_runs_keep_their_labels),
     cmocka_unit_test(mistakes_in_runs_are_told_one_by_one),
