@@ -33,13 +33,18 @@ static int16_t bound_of_value(double x) {
     return isfinite(x) ? bound_of_exponent(exponent_of(x)) : BOUND_NONE;
 }
 
+// By their bits, in which larger magnitudes are larger numbers, and what is not finite the largest.
 static int16_t bound_of_table(const ProgramTable *table) {
-    int16_t bound = -1100;
+    uint64_t most = 0;
     for (uint32_t i = 0; i < table->n; i++) {
-        int16_t b = bound_of_value(table->values[i]);
-        bound = b > bound ? b : bound;
+        uint64_t bits;
+        memcpy(&bits, &table->values[i], sizeof bits);
+        bits &= ~(UINT64_C(1) << 63);
+        most = bits > most ? bits : most;
     }
-    return bound;
+    double largest;
+    memcpy(&largest, &most, sizeof largest);
+    return bound_of_value(largest);
 }
 
 static int16_t bound_of_quotient(const Dag *dag, int bound, Ref b) {

@@ -21,6 +21,7 @@ typedef struct {
     uint8_t way[RUN_MAX_PATTERNS]; // Way
     // The shapes of each run that was walked at once: [first, end).
     uint32_t first[RUN_MAX_PATTERNS], end[RUN_MAX_PATTERNS];
+    double *rows;   // 0, 1, 2..., of the longest; made when first needed
     uint32_t *each; // of those walked one by one: where the shapes of each end
     size_t n_each, each_capacity;
     Arena scratch;
@@ -107,8 +108,13 @@ static void emit_each(Walk *walk) {
 
 // ---- All at once
 
-static const double *row_numbers(Eval *ev, uint32_t n) {
-    double *rows = ARENA_ARRAY(ev->arena, n, double);
+// They last: where no loop is around they are the loop variables of the shapes.
+static double *row_numbers(Walk *walk) {
+    uint32_t n = 0;
+    for (uint32_t k = 0; k < walk->group->n_runs; k++) {
+        n = walk->group->runs[k].n > n ? walk->group->runs[k].n : n;
+    }
+    double *rows = ARENA_ARRAY(lower_arena(walk->ev), n, double);
     for (uint32_t i = 0; i < n; i++) {
         rows[i] = i;
     }
@@ -120,12 +126,14 @@ static bool emit_at_once(Walk *walk, const Run *run) {
     Eval *ev = walk->ev;
     Loops *outer = ev->loops;
     Loops *loops = ARENA_NEW(ev->arena, Loops);
+    walk->rows = walk->rows ? walk->rows : row_numbers(walk);
     *loops = (Loops){.parent = outer,
-                     .values = row_numbers(ev, run->n),
+                     .values = walk->rows,
                      .n_values = run->n,
                      .depth = outer ? outer->depth + 1 : 0,
                      .n_instances = run->n * (outer ? outer->n_instances : 1),
-                     .counts = true};
+                     .counts = true,
+                     .table = outer ? NULL : walk->rows};
     RunLoop *loop = ARENA_NEW(ev->arena, RunLoop);
     *loop = (RunLoop){ev->runs, walk->env->module, run, (Input)(IN_LOOP0 + loops->depth)};
     LoweringMark mark = lowering_mark(ev->lowering);

@@ -168,6 +168,28 @@ static bool quick_number(uint64_t mantissa, int exponent, int dropped, double *v
     return true;
 }
 
+bool lex_plain_number(Lexer *lexer, double *value) {
+    const char *at = lexer->at, *point = NULL;
+    uint64_t mantissa = 0;
+    for (;; at++) {
+        unsigned digit = (unsigned char)*at - (unsigned)'0';
+        if (digit < 10) {
+            mantissa = mantissa * 10 + digit;
+        } else if (*at == '.' && !point && class_of(at[1]) == D) {
+            point = at;
+        } else {
+            break;
+        }
+    }
+    // 18 digits do not overflow the mantissa.
+    if (at == lexer->at || at - lexer->at > 18 || is_word(*at) ||
+        !quick_number(mantissa, point ? (int)(point + 1 - at) : 0, 0, value)) {
+        return false;
+    }
+    lexer->at = at;
+    return true;
+}
+
 static void lex_unit(Lexer *lexer, Token *token) {
     const char *text = lexer->at;
     while (is_word(*lexer->at)) {

@@ -52,6 +52,9 @@ typedef struct {
 Lexer lex_begin(const SourceFile *file);
 Lexer lex_at(const SourceFile *file, uint32_t offset);
 Token lex_next(Lexer *lexer);
+// The number at lexer->at, if it is a short one without exponent, unit or '_': what lex_next makes
+// of it, only sooner. False: it is none of these, and not taken.
+bool lex_plain_number(Lexer *lexer, double *value);
 
 // Reports the token's problem; LEX_OK: nothing.
 void lex_report(const SourceFile *file, Token token, Diag *diag);

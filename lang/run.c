@@ -196,6 +196,10 @@ static bool match_number(const Piece *piece, Lexer *lexer, double *x) {
         return false;
     }
     lexer->at = at;
+    if (lex_plain_number(lexer, x)) {
+        *x = is_negated ? -*x : *x;
+        return piece->unit == UNIT_NONE;
+    }
     Token token = lex_next(lexer);
     *x = is_negated ? -token.number : token.number;
     return token.kind == TOKEN_NUMBER && !token.problem && token.unit == piece->unit;
@@ -275,7 +279,13 @@ static void add_member(RunPatterns *r, uint8_t kind) {
 // The offset of the next token, comments skipped.
 static uint32_t next_offset(const Lexer *lexer) {
     Lexer ahead = *lexer;
-    return lex_next(&ahead).lo;
+    while (is_blank(*ahead.at) || *ahead.at == '\n') {
+        ahead.at++;
+    }
+    if (!is_letter(*ahead.at)) {
+        return lex_next(&ahead).lo;
+    }
+    return lexer->file->base + (uint32_t)(ahead.at - lexer->file->text);
 }
 
 bool run_take(RunGather *gather, Parser *p) {

@@ -2,7 +2,7 @@
 // How long what the language describes takes: vertices deformed by a program against the same loop
 // in C, and a scene of many statements against what fills the same arrays.
 //
-// usage: bench_lang deform | arrays N | time ROUNDS COMMAND...
+// usage: bench_lang deform | arrays N WIDTH | time ROUNDS COMMAND...
 // Ratios are of CPU seconds measured in turns in one run; medians, and the spread of all rounds.
 #define _DEFAULT_SOURCE // wait4
 #include <fcntl.h>
@@ -186,18 +186,18 @@ static int bench_deform(void) {
     return p.median <= 3 && f.median <= 3 ? 0 : 1;
 }
 
-// ---- The arrays of many spheres
+// ---- The arrays of many shapes
 
-// What the scene comes to, filled by a loop: centre, radius and color of each.
+// What a scene comes to, filled by a loop: the numbers of each shape, its centre, radius, color.
 static int fill_arrays(size_t n) {
-    double *values = malloc(7 * n * sizeof *values);
+    double *values = malloc(n * sizeof *values);
     if (!values) {
         return 1;
     }
-    for (size_t i = 0; i < 7 * n; i++) {
+    for (size_t i = 0; i < n; i++) {
         values[i] = (double)(i % 1000) * 1e-3;
     }
-    volatile double last = values[7 * n - 1];
+    volatile double last = values[n - 1];
     (void)last;
     free(values);
     return 0;
@@ -246,12 +246,12 @@ int main(int argc, char **argv) {
     if (argc == 2 && strcmp(argv[1], "deform") == 0) {
         return bench_deform();
     }
-    if (argc == 3 && strcmp(argv[1], "arrays") == 0) {
-        return fill_arrays(strtoul(argv[2], NULL, 10));
+    if (argc == 4 && strcmp(argv[1], "arrays") == 0) {
+        return fill_arrays(strtoul(argv[2], NULL, 10) * strtoul(argv[3], NULL, 10));
     }
     if (argc > 3 && strcmp(argv[1], "time") == 0) {
         return time_command(atoi(argv[2]), argv + 3);
     }
-    fprintf(stderr, "usage: bench_lang deform | arrays N | time ROUNDS COMMAND...\n");
+    fprintf(stderr, "usage: bench_lang deform | arrays N WIDTH | time ROUNDS COMMAND...\n");
     return 2;
 }

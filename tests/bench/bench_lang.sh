@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Deforming against a loop in C, loading a million spheres against POV-Ray: make bench-lang.
+# Deforming against a loop in C, loading a million shapes against POV-Ray: make bench-lang.
 #
 # CPU seconds (of user and system), so that other work on the machine counts little; medians of
 # `rounds` runs, least and most in brackets. spheres=N rounds=N change the size.
@@ -27,6 +27,33 @@ awk -v n="$n" -v st4="$work/many.st4" -v pov="$work/many.pov" 'BEGIN {
         print "sphere { " at ", " r " pigment { rgb " c " } }" > pov
     }
 }'
+# Five kinds in any order, a third of them without a material, some of them turned.
+awk -v n="$n" 'function at() {
+        return sprintf("<%.4f, %.4f, %.4f>", 100 * rand() - 50, 100 * rand() - 50, 100 * rand() - 50)
+    }
+    function r() { return sprintf("%.4f", 0.05 + 0.35 * rand()) }
+    function color() {
+        return rand() < 0.33 ? "" \
+            : sprintf(" material = matte(<%.3f, %.3f, %.3f>)", rand(), rand(), rand())
+    }
+    BEGIN {
+        srand(8)
+        print "film { size = <160, 120> }\ncamera { from = <0, 0, 160> to = <0, 0, 0> }"
+        for (i = 0; i < n; i++) {
+            k = int(5 * rand())
+            if (k == 0)
+                print "sphere { center = " at() " radius = " r() color() " }"
+            else if (k == 1)
+                print "box { size = <" r() ", " r() ", " r() "> rotate y, " r() "turn translate " \
+                    at() color() " }"
+            else if (k == 2)
+                print "cylinder { from = " at() " to = " at() " radius = " r() color() " }"
+            else if (k == 3)
+                print "cone { from = " at() " to = " at() " radius = " r() color() " }"
+            else
+                print "disc { radius = " r() " rotate x, " r() "turn translate " at() color() " }"
+        }
+    }' >"$work/mixed.st4"
 cat >"$work/loop.st4" <<END
 film { size = <160, 120> }
 camera { from = <0, 0, 160> to = <0, 0, 0> }
@@ -63,13 +90,24 @@ first=$seconds
 echo "  to the first ray                   $seconds s $spread"
 measure "$rounds" "$st4" check -q "$work/many.st4"
 check=$kilobytes written=$seconds
-measure "$rounds" "$bench" arrays "$n"
-bytes=$(((check - kilobytes) * 1024 / n))
-echo "  check                              $written s, $bytes bytes an object more than its arrays, at most 250"
-[ "$bytes" -le 250 ] || failed=1
+# beyond_arrays WHAT NUMBERS: bytes an object of the last check, less those of so many numbers each.
+beyond_arrays() {
+    measure "$rounds" "$bench" arrays "$n" "$2"
+    local bytes=$(((check - kilobytes) * 1024 / n))
+    printf '  %-34s %s s, %s bytes an object more than its arrays, at most 250\n' "$1" "$written" "$bytes"
+    [ "$bytes" -le 250 ] || failed=1
+}
+beyond_arrays check 7
+spheres=$written
+measure "$rounds" "$st4" eval "$work/mixed.st4" 1
+mixed=$seconds
+echo "  five kinds, parse and evaluate     $seconds s $spread"
+measure "$rounds" "$st4" check -q "$work/mixed.st4"
+check=$kilobytes written=$seconds
+beyond_arrays "five kinds, check" 8
 measure "$rounds" "$st4" check -q "$work/loop.st4"
 echo "  check, the same from a for         $seconds s $spread, $((kilobytes * 1024 / n)) bytes an object"
-expect "written out / for" "$(ratio "$written" "$seconds")" 1
+expect "written out / for" "$(ratio "$spheres" "$seconds")" 1
 
 if ! command -v povray >/dev/null; then
     echo "  POV-Ray is not installed: nothing to compare with"
@@ -82,6 +120,7 @@ read -r parse bound < <(sed -nE '/(Parse|Bounding) Time/{n;s/.*with ([0-9.]+) CP
     "$work/pov" | tr '\n' ' ') || true
 echo "  POV-Ray                            $parse s to parse, $bound s to bound"
 expect "its parse / parse and evaluate" "$(ratio "$parse" "$load")" 3
+expect "its parse / five kinds" "$(ratio "$parse" "$mixed")" 3
 expect "its parse and bounds / first ray" \
     "$(awk -v a="$parse" -v b="$bound" -v c="$first" 'BEGIN { printf "%.2f", (a + b) / c }')" 10
 exit "$failed"
