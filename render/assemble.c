@@ -66,6 +66,7 @@ static Form *add_form(Work *w) {
     out->forms =
         arena_grow(w->arena, out->forms, out->n_forms, &out->forms_capacity, sizeof *out->forms);
     Form *form = ARENA_NEW(w->arena, Form);
+    form->home = w->arena;
     out->forms[out->n_forms++] = form;
     return form;
 }

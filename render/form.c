@@ -152,10 +152,11 @@ static size_t lay_out_keys(Form *form, double *share) {
 
 bool form_store(Form *form, double first_seconds) {
     sort_spans(form);
+    Arena *arena = form->home && !form->moves ? form->home : &form->arena;
     size_t most = form->n_spans > 0 ? 2 * form->n_spans : 1, n = form->sampler.all.n;
-    form->key_seconds = ARENA_ARRAY(&form->arena, most, double);
-    form->span_key = ARENA_ARRAY(&form->arena, form->n_spans, uint32_t);
-    double *share = ARENA_ARRAY(&form->arena, most, double);
+    form->key_seconds = ARENA_ARRAY(arena, most, double);
+    form->span_key = ARENA_ARRAY(arena, form->n_spans, uint32_t);
+    double *share = ARENA_ARRAY(arena, most, double);
     size_t n_keys = form->n_spans > 0 ? lay_out_keys(form, share) : 1;
     if (form->n_spans == 0) {
         form->key_seconds[0] = first_seconds;
@@ -168,16 +169,16 @@ bool form_store(Form *form, double first_seconds) {
                                 .n_vertices = (uint32_t)n,
                                 .n_keys = (uint32_t)n_keys,
                                 .index = form->index,
-                                .position = ARENA_ARRAY(&form->arena, n_keys * n * 3, float),
+                                .position = ARENA_ARRAY(arena, n_keys * n * 3, float),
                                 .span_share = n_keys > 1 ? share : NULL};
     if (form->kind == GEOMETRY_SPHERES) {
-        form->geometry.radius = ARENA_ARRAY(&form->arena, n_keys * n, float);
+        form->geometry.radius = ARENA_ARRAY(arena, n_keys * n, float);
     }
     if (form->smoothing.index && !form->smoothing.given) {
-        form->normal = ARENA_ARRAY(&form->arena, n_keys * form->smoothing.n_normals, uint32_t);
+        form->normal = ARENA_ARRAY(arena, n_keys * form->smoothing.n_normals, uint32_t);
     }
-    form->bounds = ARENA_ARRAY(&form->arena, n_keys, Bounds);
-    form->n_not_finite = ARENA_ARRAY(&form->arena, n_keys, uint32_t);
+    form->bounds = ARENA_ARRAY(arena, n_keys, Bounds);
+    form->n_not_finite = ARENA_ARRAY(arena, n_keys, uint32_t);
     return true;
 }
 

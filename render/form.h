@@ -61,6 +61,7 @@ typedef struct {
     Accel *accel;
     AccelStats stats;
     Arena arena;
+    Arena *home; // of the arrays where nothing moves: of such forms there may be many; NULL: arena
 } Form;
 
 void form_plan(Form *form, const ShutterSpan *shutter);
