@@ -21,14 +21,26 @@ typedef struct {
     const char *code, *comment;
     uint32_t n_code, n_comment, indent;
     bool has_blank; // an empty line before
+    bool is_ragged; // a comment over several lines stands in it: its columns are none
+    // The '=' or '{' of what it begins with, if there is one: where neighbours have theirs in the
+    // same column it stays in one.
+    TokenKind mark;
+    uint32_t mark_at, mark_from, pad; // columns: in the code, in the file; spaces put before it
+    // It hangs from this column of the code of an earlier line: 1 more than its index, or 0.
+    size_t hangs_on;
+    uint32_t hangs_at;
 } Line;
 
 // An open bracket.
 typedef struct {
     TokenKind kind;
+    uint32_t token;        // its offset
     uint32_t outer, inner; // indents of the line that it stands on, and of those within
     uint32_t n_questions;  // '?' that wait for their ':'
     bool is_block;         // a statement stands in it
+    bool is_followed;      // on its line: by a token in a column of the file, and of a line's code
+    uint32_t from, at;
+    size_t line;
 } Open;
 
 typedef struct {
@@ -40,12 +52,17 @@ typedef struct {
     Line line; // being made: its code is text
     char *text;
     size_t n_text, text_capacity;
+    size_t n_counted; // of the text, which has so many columns
+    uint32_t code_column;
+    const char *row_at; // in the file, and the column there
+    uint32_t row_column;
     Open *open; // [0] is the file
     size_t n_open, open_capacity;
     Token last;
     uint8_t last_role;
-    bool is_last_call; // the last token can be called or indexed
-    bool has_break;    // a line ended behind the last token
+    bool is_last_call;   // the last token can be called or indexed
+    bool has_break;      // a line ended behind the last token
+    size_t n_open_first; // open brackets where the line began
     bool has_blank;
 } Formatter;
 
@@ -86,6 +103,31 @@ static void put(Formatter *f, const char *text, size_t n) {
     }
 }
 
+static uint32_t columns(const char *text, uint32_t n) {
+    uint32_t columns = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        columns += ((unsigned char)text[i] & 0xc0) != 0x80;
+    }
+    return columns;
+}
+
+// In the file, of a token not before the last one that was asked for.
+static uint32_t column_of(Formatter *f, Token token) {
+    const char *to = text_at(f, token.lo);
+    for (; f->row_at < to; f->row_at++) {
+        bool is_first = ((unsigned char)*f->row_at & 0xc0) != 0x80;
+        f->row_column = *f->row_at == '\n' ? 0 : f->row_column + is_first;
+    }
+    return f->row_column;
+}
+
+// Of the line being made.
+static uint32_t code_columns(Formatter *f) {
+    f->code_column += columns(f->text + f->n_counted, (uint32_t)(f->n_text - f->n_counted));
+    f->n_counted = f->n_text;
+    return f->code_column;
+}
+
 static void end_line(Formatter *f) {
     if (f->n_text || f->line.n_comment) {
         f->line.code = arena_string(f->arena, f->text ? f->text : "", f->n_text);
@@ -94,7 +136,8 @@ static void end_line(Formatter *f) {
         f->lines[f->n_lines++] = f->line;
     }
     f->line = (Line){0};
-    f->n_text = 0;
+    f->n_text = f->n_counted = 0;
+    f->code_column = 0;
 }
 
 static Open *top(const Formatter *f) {
@@ -128,6 +171,7 @@ static void put_comment(Formatter *f, const char *text, uint32_t n) {
         f->line.comment = text;
         f->line.n_comment = n;
     } else {
+        f->line.is_ragged |= memchr(text, '\n', n) != NULL;
         put(f, text, n);
     }
 }
@@ -235,7 +279,8 @@ static bool is_operator_word(const Formatter *f, Token token) {
 static void open_bracket(Formatter *f, Token token) {
     uint32_t outer = f->line.indent;
     f->open = arena_grow(f->arena, f->open, f->n_open, &f->open_capacity, sizeof *f->open);
-    f->open[f->n_open++] = (Open){.kind = token.kind, .outer = outer, .inner = outer + INDENT};
+    f->open[f->n_open++] =
+        (Open){.kind = token.kind, .outer = outer, .inner = outer + INDENT, .token = token.lo};
 }
 
 // Keeps account of brackets and of what may follow.
@@ -275,6 +320,36 @@ static void follow(Formatter *f, Token token, uint8_t role) {
     }
 }
 
+// Where a line goes on within brackets, under the first of what they hold.
+static void hang(Formatter *f, Token token) {
+    const Open *open = top(f);
+    if (open->is_followed && column_of(f, token) == open->from && open->line < f->n_lines) {
+        f->line.hangs_on = open->line + 1;
+        f->line.hangs_at = open->at;
+    }
+}
+
+static void follow_open(Formatter *f, Token token) {
+    Open *open = top(f);
+    bool is_next = f->n_open > 1 && f->last.hi && open->token == f->last.lo;
+    if (is_next && !f->line.is_ragged) {
+        open->is_followed = true;
+        open->from = column_of(f, token);
+        open->at = code_columns(f);
+        open->line = f->n_lines;
+    }
+}
+
+static void mark(Formatter *f, Token token) {
+    bool is_mark = token.kind == TOKEN_ASSIGN || token.kind == TOKEN_LBRACE;
+    if (is_mark && f->n_text && !f->line.is_ragged && f->n_open == f->n_open_first &&
+        !f->line.mark_at) {
+        f->line.mark = token.kind;
+        f->line.mark_at = code_columns(f);
+        f->line.mark_from = column_of(f, token);
+    }
+}
+
 static void put_token(Formatter *f, Token token) {
     uint8_t role = f->roles[token.lo - f->file->base];
     top(f)->is_block |= (role & ROLE_STATEMENT) != 0;
@@ -282,25 +357,25 @@ static void put_token(Formatter *f, Token token) {
     if (f->has_break || (is_first && !f->line.n_comment)) {
         f->has_blank &= token.kind != TOKEN_RBRACE && f->last.kind != TOKEN_LBRACE;
         begin_line(f, indent_of(f, token, role));
+        f->n_open_first = f->n_open;
+        hang(f, token);
     } else {
         put(f, "  ", spaces_before(f, token, role));
+        follow_open(f, token);
     }
+    mark(f, token);
     put(f, text_at(f, token.lo), token.hi - token.lo);
     follow(f, token, role);
     f->last = token;
     f->last_role = role;
 }
 
-static uint32_t columns(const char *text, uint32_t n) {
-    uint32_t columns = 0;
-    for (uint32_t i = 0; i < n; i++) {
-        columns += ((unsigned char)text[i] & 0xc0) != 0x80;
-    }
-    return columns;
-}
-
 static bool has_both(const Line *line) {
     return line->n_code && line->n_comment;
+}
+
+static uint32_t end_column(const Line *line) {
+    return line->indent + columns(line->code, line->n_code) + line->pad;
 }
 
 // Comments behind the code of neighbouring lines begin at one column.
@@ -314,15 +389,61 @@ static uint32_t comment_column(const Formatter *f, size_t i) {
         if (j > first && f->lines[j].has_blank) {
             break;
         }
-        uint32_t end = f->lines[j].indent + columns(f->lines[j].code, f->lines[j].n_code);
+        uint32_t end = end_column(&f->lines[j]);
         column = end > column ? end : column;
     }
     return column + 2;
 }
 
+static bool is_aligned(const Line *a, const Line *b) {
+    return b->mark_at && !b->has_blank && a->mark == b->mark && a->indent == b->indent &&
+           a->mark_from == b->mark_from;
+}
+
+// Marks that stood in one column stand in one again, the least that has room for all.
+static void align_marks(Formatter *f) {
+    for (size_t first = 0, end; first < f->n_lines; first = end) {
+        uint32_t column = f->lines[first].mark_at;
+        for (end = first + 1; column && end < f->n_lines; end++) {
+            if (!is_aligned(&f->lines[first], &f->lines[end])) {
+                break;
+            }
+            column = f->lines[end].mark_at > column ? f->lines[end].mark_at : column;
+        }
+        for (size_t i = first; i < end; i++) {
+            f->lines[i].pad = column - f->lines[i].mark_at;
+        }
+    }
+}
+
+static void align_hanging(Formatter *f) {
+    for (size_t i = 0; i < f->n_lines; i++) {
+        Line *line = &f->lines[i];
+        if (line->hangs_on) {
+            const Line *from = &f->lines[line->hangs_on - 1];
+            uint32_t pad = from->mark_at && line->hangs_at >= from->mark_at ? from->pad : 0;
+            line->indent = from->indent + line->hangs_at + pad;
+        }
+    }
+}
+
+// The bytes of so many columns.
+static uint32_t bytes_of(const char *text, uint32_t n) {
+    uint32_t i = 0;
+    for (; n || ((unsigned char)text[i] & 0xc0) == 0x80; i++) {
+        n -= ((unsigned char)text[i] & 0xc0) != 0x80;
+    }
+    return i;
+}
+
 // A comment over several lines keeps their indentation, but no white space at their ends.
 static void write_code(const Line *line, FILE *out) {
     const char *at = line->code, *end = at + line->n_code;
+    if (line->pad) {
+        uint32_t n = bytes_of(at, line->mark_at);
+        fprintf(out, "%.*s%*s", (int)n, at, (int)line->pad, "");
+        at += n;
+    }
     while (at < end) {
         const char *stop = memchr(at, '\n', (size_t)(end - at));
         uint32_t n = (uint32_t)((stop ? stop : end) - at);
@@ -343,8 +464,7 @@ static void write_lines(const Formatter *f, FILE *out) {
         if (has_both(line)) {
             bool goes_on = i && has_both(line - 1) && !line->has_blank;
             column = goes_on ? column : comment_column(f, i);
-            fprintf(out, "%*s", (int)(column - line->indent - columns(line->code, line->n_code)),
-                    "");
+            fprintf(out, "%*s", (int)(column - end_column(line)), "");
         }
         fwrite(line->n_comment ? line->comment : "", 1, line->n_comment, out);
         fputc('\n', out);
@@ -380,10 +500,13 @@ bool format_source(Arena *arena, Symbols *symbols, const SourceFile *file, Diag 
     if (syntax->has_errors) {
         return false;
     }
-    Formatter f = {.arena = arena, .file = file, .roles = find_roles(arena, syntax)};
+    Formatter f = {
+        .arena = arena, .file = file, .roles = find_roles(arena, syntax), .row_at = file->text};
     f.open = arena_grow(arena, NULL, 0, &f.open_capacity, sizeof *f.open);
     f.open[f.n_open++] = (Open){.is_block = true};
     put_tokens(&f);
+    align_marks(&f);
+    align_hanging(&f);
     write_lines(&f, out);
     return true;
 }

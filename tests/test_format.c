@@ -94,6 +94,16 @@ static const struct {
      "//a\n\nx = 1   //b\nyy = 2  // c\n\nz = 3  //d\n"},
     {"g {// a\n// b\nx=1 /*c*/\n// d\n}", "g {  // a\n  // b\n  x = 1 /*c*/\n  // d\n}\n"},
     {"x /*a*/ = /*b*/1\n/* c  \n  d */ y=2", "x /*a*/ = /*b*/ 1\n/* c\n  d */  y = 2\n"},
+    // What stood in one column does so again, where it is a neighbour's '=' or '{'.
+    {"let a  =1\nlet bcd=22\nlet e = 3", "let a   = 1\nlet bcd = 22\nlet e = 3\n"},
+    {"film      {x=1}\nshutter   { y=1}\n\nsky       {}\n",
+     "film    { x = 1 }\nshutter { y = 1 }\n\nsky {}\n"},
+    {"l=[\nkeys ease   {0s:1},\nkeys        {0s:2},\n]",
+     "l = [\n  keys ease { 0s: 1 },\n  keys      { 0s: 2 },\n]\n"},
+    {"x  = f(1,\n       2)\nyyy = 3", "x = f(1,\n      2)\nyyy = 3\n"},
+    {"x   = f(1,\n        2)\nyyy = g( \n 1)", "x = f(1,\n      2)\nyyy = g(\n  1)\n"},
+    {"box    { a=1\n         b=<1,\n            2> } // c",
+     "box { a = 1\n      b = <1,\n           2> }  // c\n"},
     {"s=\"\xc3\xa9\"//a\nt=\"e\"//b", "s = \"\xc3\xa9\"  //a\nt = \"e\"  //b\n"},
 };
 
@@ -117,6 +127,7 @@ static void format_keeps_scenes(void **state) {
     glob_t found;
     assert_int_equal(glob("tests/golden/grammar.st4", 0, NULL, &found), 0);
     glob("examples/*.st4", GLOB_APPEND, NULL, &found);
+    glob("stdlib/*.st4", GLOB_APPEND, NULL, &found);
     for (size_t i = 0; i < found.gl_pathc; i++) {
         size_t size;
         char *text = read_test_file(found.gl_pathv[i], &size);

@@ -139,6 +139,10 @@ END
          END { v /= 6; exit !(v > 3.9 && v < 4.19) }' points faces || fail 'the volume is not that of a sphere'
 }
 
+test_fmt_leaves_the_examples() {
+    (cd "$ROOT" && tests/check/scenes) || fail "examples are not in the canonical layout"
+}
+
 test_fmt_prints_and_writes() {
     printf 'sphere{radius=1+t}   // a ball\nbox{}\n' >ugly.st4
     printf 'sphere { radius = 1 + t }  // a ball\nbox {}\n' >fine.st4
