@@ -60,7 +60,13 @@ static bool wrong_type(Eval *ev, const Env *env, NodeId node, const PropertyInfo
     } else if (info->type == PROPERTY_TYPE_VEC2 && is_known) {
         hint = arena_printf(ev->arena, "write <%.15g, %.15g>", x, x);
     } else if (info->type == PROPERTY_TYPE_RANGE && is_known) {
-        hint = arena_printf(ev->arena, "write %.15g..%.15g", x, x);
+        hint = arena_printf(ev->arena, "write %.15g..%.15g", x > 1 ? 1 : x, x);
+    } else if (info == &property_infos[PROPERTY_SHUTTER_LENGTH] && value_is(value, VALUE_ANGLE)) {
+        hint = "write angle = ...";
+    } else if (info == &property_infos[PROPERTY_SHUTTER_ANGLE] && value->dimension) {
+        hint = "write length = ...";
+    } else if (info->type == PROPERTY_TYPE_BOOL && value_is(value, VALUE_NUMBER)) {
+        hint = "write true, false or a comparison: t > 1s";
     } else if (info->type == PROPERTY_TYPE_MATERIAL && value_is_vec3(value)) {
         hint = "write matte(...)";
     } else if (info->type == PROPERTY_TYPE_FUNCTION) {
@@ -331,8 +337,7 @@ static void unknown_property(Eval *ev, const Env *env, const Object *object, Nod
     Span where = syntax_name_span(env->module->syntax, statement);
     const char *names[MAX_NAMES], *foreign = schema_foreign_word(name);
     if (!object->name) {
-        eval_error_at(ev, where,
-                      foreign ? foreign : arena_printf(ev->arena, "write let %s = ...", name),
+        eval_error_at(ev, where, arena_printf(ev->arena, "write let %s = ...", name),
                       "'%s' is a property of nothing here", name);
         return;
     }

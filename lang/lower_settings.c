@@ -142,7 +142,9 @@ void lower_shutter(Eval *ev, const Object *object) {
     l->phase = lower_phase(ev, object);
     double x = known(ev, object, length ? PROPERTY_SHUTTER_LENGTH : PROPERTY_SHUTTER_ANGLE);
     l->scene->shutter = lowering_shutter(ev->fps, !length, x, l->phase);
-    if (x == 0 && !l->overrides.has_shutter) {
+    bool is_wrong = (angle && !is_given(object, PROPERTY_SHUTTER_ANGLE)) ||
+                    (length && !is_given(object, PROPERTY_SHUTTER_LENGTH)); // reported
+    if (x == 0 && !is_wrong && !l->overrides.has_shutter) {
         diag_warn(ev->diag, WARN_ZERO_SHUTTER, object->where, NULL,
                   "the shutter is open for no time: nothing will blur");
     }

@@ -313,12 +313,17 @@ static bool read_letters(Reader *reader, const char *letters) {
     return true;
 }
 
+// '-', or an expression that begins with one: no option is a digit or a bracket.
+static bool is_operand(const char *word) {
+    return word[0] != '-' || !word[1] || strchr("0123456789.(<[", word[1]);
+}
+
 static bool read_words(Reader *reader, const char **operands, size_t *n_operands) {
     bool only_operands = false;
     reader->at = 1;
     while (reader->at < reader->argc) {
         const char *word = reader->argv[reader->at++];
-        if (only_operands || word[0] != '-' || !word[1]) {
+        if (only_operands || is_operand(word)) {
             operands[(*n_operands)++] = word;
         } else if (!strcmp(word, "--")) {
             only_operands = true;

@@ -61,7 +61,8 @@ void parser_error_no_block(Parser *p, Token first, bool is_dotted, bool is_label
         snprintf(hint, sizeof hint, "a property is set in its node's block: film { fps = 24 }");
     } else if (is_same_line &&
                hint_word(symbol_text(p->symbols, first.symbol), hint, sizeof hint)) {
-    } else if (kind == TOKEN_COLON || (is_same_line && parser_begins_value(kind) && !is_labelled)) {
+    } else if (kind == TOKEN_COLON || (is_same_line && parser_begins_value(kind) &&
+                                       !(is_labelled && kind == TOKEN_NAME))) {
         snprintf(hint, sizeof hint, "to set a property, write %.40s = ...",
                  symbol_text(p->symbols, first.symbol));
     }
@@ -73,6 +74,7 @@ void parser_error_no_statement(Parser *p, uint32_t less_at) {
     TokenKind kind = p->token.kind;
     const char *hint = NULL;
     bool follows_vector = p->vector_end && p->vector_end == p->last_hi && !p->token.newline;
+    bool follows_brace = p->last_hi > p->last_lo && *parser_text(p, p->last_lo) == '{';
     if (kind == TOKEN_COMMA && less_at) {
         parser_error(p, (Span){less_at, less_at + 1},
                      "a vector as an argument needs brackets: n(<p, q>)",
@@ -86,6 +88,10 @@ void parser_error_no_statement(Parser *p, uint32_t less_at) {
     } else if (kind == TOKEN_MINUS ||
                ((kind == TOKEN_LPAREN || kind == TOKEN_LBRACKET) && p->token.newline)) {
         hint = "to go on with the line above, end that with an operator";
+    } else if (kind == TOKEN_LT && follows_brace) {
+        hint = "properties are written name = value, as center = <0, 1, 0>";
+    } else if (kind == TOKEN_NUMBER && follows_brace) {
+        hint = "properties are written name = value, as radius = 1";
     } else if (parser_begins_value(kind) || kind == TOKEN_COLON) {
         hint = "properties are written name = value";
     } else if (kind == TOKEN_LBRACE) {

@@ -126,11 +126,30 @@ static bool report_transform_at(const Reporter *reporter, const Shape *shape, do
     return false;
 }
 
+// A transform that flattens all there is, for good.
+static void report_flat(const Reporter *reporter, const Shape *shape) {
+    uint32_t n = shape->n_instances < INSTANCES ? shape->n_instances : INSTANCES;
+    for (uint32_t i = 0; i < n; i++) {
+        double in[IN_COUNT];
+        Affine map;
+        uint32_t instance = (uint32_t)((uint64_t)i * shape->n_instances / n);
+        shape_inputs(shape, shape_loops(shape, instance), 0, in);
+        if (!affine_run(shape->transform, in, &map) || affine_det(&map) != 0) {
+            return;
+        }
+    }
+    report_warning(reporter, shape->where, "degenerate",
+                   "the transform of %s leaves it no extent: it is not seen", shape->label);
+}
+
 void report_transforms(const Reporter *reporter, const Scene *scene, const Opening *openings,
                        size_t n) {
     for (uint32_t s = 0; s < scene->n_shapes; s++) {
         const Shape *shape = &scene->shapes[s];
         bool moves = program_reads_time(shape->transform), is_done = !shape->transform;
+        if (shape->transform && !moves) {
+            report_flat(reporter, shape);
+        }
         for (size_t i = 0; i < (moves ? n : 1) && !is_done; i++) {
             for (int k = 0; k <= INSTANTS + 1 && !is_done; k++) {
                 const Opening *o = &openings[i];

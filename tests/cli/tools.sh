@@ -34,6 +34,8 @@ test_eval_is_a_table() {
     is "$(row 2)" '0 0 0 0 0 0 false a b'
     is "$(row 3)" '0.5 22.5 0.5 1 0.25 1 false a b'
     is "$(row 6)" '2 90 2 4 4 4 true a b'
+    expect 0 "$ST4" eval moving.st4 '-2^2' '-(t + 1)' --at 1s
+    is "$(row 2)" '1 -4 -2'
     expect 0 "$ST4" eval moving.st4 'place - x' 'rgb(t, 1, 0)' --at 3s
     is "$(row 1)" 't (place - x).x (place - x).y (place - x).z rgb(t, 1, 0).r rgb(t, 1, 0).g rgb(t, 1, 0).b'
     is "$(row 2)" '3 2 6 9 3 1 0'

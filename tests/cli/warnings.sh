@@ -48,6 +48,7 @@ END
     raises light-never-visible 'sky' <<<'lamp {}  sky { color = x*step(1, t) }  sphere {}'
     raises unused-let "'loose'" <<<'let loose = 1  sphere {}'
     printf 'v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n' >flat.obj
+    raises degenerate 'the transform of sphere@1 leaves it no extent' <<<'sphere { scale <1, 0, 1> }'
     raises degenerate '1 of the 2 triangles' <<<'mesh { file = "flat.obj" }'
     raises keys-outside 'after the film' <<<'sphere { radius = keys { 1s: 1, 2s: 2 } }'
     raises read-outside 'the list' <<<'film { frames = 1..9 }  sphere { radius = [1, 2][9*t] }'
