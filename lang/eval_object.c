@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "lang/eval_run.h"
 #include "lang/loader.h"
 #include "lang/lower.h"
 
@@ -15,13 +16,13 @@ typedef struct {
     NodeId path;
     ExtraId args;
     Symbol label;
-    NodeId index, block;
+    NodeId index, block, statement;
 } Parts;
 
 static Parts parts_of(const Env *env, NodeId statement) {
     const uint32_t *extra =
         env->module->syntax->extra + syntax_node(env->module->syntax, statement)->a;
-    return (Parts){extra[0] != 0, extra[1], extra[2], extra[3], extra[5], extra[6]};
+    return (Parts){extra[0] != 0, extra[1], extra[2], extra[3], extra[5], extra[6], statement};
 }
 
 // ---- Places
@@ -65,10 +66,39 @@ Place place_within(Eval *ev, const Place *place, const Object *object) {
 
 // ---- Labels
 
-// "Wheel" or "Wheel[2]"; NULL: reported, or asked for. Where a loop is batched and its variable
+// The copies of batched loops have numbers of their own; false: a string was expected, asked for.
+static bool number_label(Eval *ev, Place *shape, Ref number, bool is_joined) {
+    if (!shape) {
+        ev->unroll |= dag_inputs(ev->dag, number) >> IN_LOOP0;
+        return false;
+    }
+    shape->has_number = true;
+    shape->is_joined = is_joined;
+    shape->number = number;
+    return true;
+}
+
+// Without the digits at its end.
+static const char *label_stem(Eval *ev, Symbol label) {
+    const char *name = symbol_text(ev->symbols, label);
+    size_t n = strlen(name);
+    while (n > 0 && name[n - 1] >= '0' && name[n - 1] <= '9') {
+        n--;
+    }
+    return arena_string(ev->arena, name, n);
+}
+
+// "Wheel" or "Wheel[2]"; NULL: reported, or asked for. Where batched loops tell copies apart, a
+// shape (NULL: it is no shape) gets the number of each. Where there is one loop, whose variable
 // counts from 0, the renderer adds the index of each copy.
-static const char *label_text(Eval *ev, const Env *env, const Parts *parts, bool is_shape) {
+static const char *label_text(Eval *ev, const Env *env, const Parts *parts, Place *shape) {
+    const uint32_t loop_inputs = 15u << IN_LOOP0;
     const char *name = symbol_text(ev->symbols, parts->label);
+    Ref joined = ev->runs ? eval_run_number(ev, env, parts->statement) : REF_NONE;
+    if (joined != REF_NONE) {
+        bool is_known = number_label(ev, parts->index ? NULL : shape, joined, true);
+        return is_known ? label_stem(ev, parts->label) : NULL;
+    }
     if (!parts->index) {
         return name;
     }
@@ -83,11 +113,15 @@ static const char *label_text(Eval *ev, const Env *env, const Parts *parts, bool
         return NULL;
     }
     const Loops *loops = ev->loops;
-    if (is_shape && loops && !loops->parent && value_is(&index, VALUE_NUMBER) &&
+    if (shape && loops && !loops->parent && value_is(&index, VALUE_NUMBER) &&
         index.ref[0] == dag_input(ev->dag, IN_LOOP0) && loops->counts) {
         return name;
     }
     double x;
+    uint32_t inputs = value_is(&index, VALUE_NUMBER) ? dag_inputs(ev->dag, index.ref[0]) : 0;
+    if (inputs && !(inputs & ~loop_inputs)) {
+        return number_label(ev, shape, index.ref[0], false) ? name : NULL;
+    }
     if (value_is(&index, VALUE_NUMBER) &&
         !eval_need(ev, env, parts->index, index.ref[0], "a label's index", &x)) {
         return NULL;
@@ -182,10 +216,10 @@ static void check_helpers(Eval *ev, const Object *object) {
     }
 }
 
-static const char *object_label(Eval *ev, const Env *env, const Place *place, const Object *object,
+static const char *object_label(Eval *ev, const Env *env, Place *place, const Object *object,
                                 const Parts *parts) {
     if (parts->label) {
-        const char *label = label_text(ev, env, parts, true);
+        const char *label = label_text(ev, env, parts, place);
         return label ? arena_printf(ev->arena, "%s%s", place->path, label) : NULL;
     }
     return arena_printf(ev->arena, "%s%s@%u%s", place->path, object->name,
@@ -207,7 +241,7 @@ static void finish_node(Eval *ev, const Env *env, const Place *place, Object *ob
     Place within = place_within(ev, place, object);
     if (class == NODE_CLASS_GROUP) {
         if (parts->label) {
-            const char *label = label_text(ev, env, parts, false);
+            const char *label = label_text(ev, env, parts, NULL);
             if (!label) {
                 return;
             }
@@ -220,7 +254,7 @@ static void finish_node(Eval *ev, const Env *env, const Place *place, Object *ob
     if (ev->unroll) {
         return;
     }
-    const char *label = object_label(ev, env, place, object, parts);
+    const char *label = object_label(ev, env, &within, object, parts);
     if (label) {
         lower_object(ev, object, &within, label);
     }
@@ -306,7 +340,7 @@ static void finish_copy(Eval *ev, const Env *env, const Place *place, NodeId sta
     }
     Place within = place_within(ev, place, copy);
     if (parts->label) {
-        const char *label = label_text(ev, env, parts, false);
+        const char *label = label_text(ev, env, parts, NULL);
         if (!label) {
             return;
         }

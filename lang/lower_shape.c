@@ -285,6 +285,8 @@ static void emit_shape(Eval *ev, const Object *object, const Place *place, const
     shape->kind = form->kind;
     shape->where = scene_source_ref(object->where);
     shape->label = arena_string(lower_arena(ev), label, strlen(label));
+    shape->number = place->has_number ? lower_program(ev, &place->number, 1) : NULL;
+    shape->is_joined = place->is_joined;
     shape->mesh = form->mesh;
     shape->track = form->track;
     shape->vertex = form->vertex[0] == REF_NONE ? NULL : lower_program(ev, form->vertex, 3);

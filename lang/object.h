@@ -24,7 +24,11 @@ typedef struct {
     const Given *material, *bake, *smooth, *tolerance, *samples; // NULL: nobody says
     const char *path;                                            // of the labels around: "", "Car/"
     const char *suffix; // "[2]" within loops that are walked value by value, else ""
-    bool is_outermost;  // no node's block is around: film and its like stand here
+    // What is added to the label of each copy of a shape, where that is not the copy's index: as
+    // Ball[12], or joined as Ball12.
+    bool has_number, is_joined;
+    Ref number;
+    bool is_outermost; // no node's block is around: film and its like stand here
 } Place;
 
 enum { OBJECT_MAX_GIVEN = 40 };

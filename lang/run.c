@@ -14,6 +14,7 @@ enum {
     LEAST_ALIKE = 4,  // statements of a pattern, in the mean, that make groups worth while
     FIRST_ROWS = 64,  // of a pattern's first block; later ones are larger
     MOST_ROWS = 8192,
+    MOST_DIGITS = 9, // of the number that a label ends with
 };
 
 typedef struct Pattern Pattern;
@@ -26,6 +27,7 @@ struct Piece {
     uint8_t unit;
     bool needs_blank; // the text ends with a letter
     bool may_sign;    // a '-' before the number is its sign
+    bool is_label;    // the number is what the statement's label ends with
     Pattern *pattern; // it is the last
     Piece *next;      // stands in its place in other patterns
     Piece *behind;    // the first of those that may follow
@@ -136,7 +138,7 @@ static Piece *find_piece(RunPatterns *r, Piece **place, const Piece *piece) {
         const Piece *old = *place;
         if (old->size == piece->size && memcmp(old->text, piece->text, piece->size) == 0 &&
             old->unit == piece->unit && old->may_sign == piece->may_sign &&
-            !old->pattern == !piece->pattern) {
+            old->is_label == piece->is_label && !old->pattern == !piece->pattern) {
             return *place;
         }
     }
@@ -145,16 +147,49 @@ static Piece *find_piece(RunPatterns *r, Piece **place, const Piece *piece) {
     return *place;
 }
 
+// The digits that a label ends with and that print as the number that they are; 0: there are none.
+static uint32_t label_digits(const char *end, uint32_t size) {
+    uint32_t n = 0;
+    while (n < size && is_digit(end[-1 - (int)n])) {
+        n++;
+    }
+    return n <= MOST_DIGITS && (n == 1 || end[-(int)n] != '0') ? n : 0;
+}
+
+// Where the label of a NODE_OBJECT is; 0: it has none.
+static uint32_t label_offset(const Syntax *syntax, NodeId statement) {
+    const uint32_t *extra = syntax->extra + syntax->nodes[statement].a;
+    return extra[3] ? extra[4] : 0;
+}
+
+static Piece label_piece(const Parser *p, uint32_t from, Token token, uint32_t n_digits) {
+    return (Piece){
+        .text = parser_text(p, from), .size = token.hi - n_digits - from, .is_label = true};
+}
+
 // NULL: the statement is no pattern.
-static Pattern *make_pattern(RunPatterns *r, const Parser *p, NodeId node_lo, uint32_t lo,
-                             uint32_t hi) {
+static Pattern *make_pattern(RunPatterns *r, const Parser *p, NodeId statement, NodeId node_lo,
+                             uint32_t lo, uint32_t hi) {
     Token tokens[RUN_MAX_TOKENS];
     size_t n = read_tokens(p, lo, hi, tokens);
     uint32_t from = lo;
     NodeId node = node_lo;
     Pattern *pattern = ARENA_NEW(&r->arena, Pattern);
     Piece **place = &r->pieces;
+    uint32_t label = label_offset(p->syntax, statement);
     for (size_t k = 0; k < n; k++) {
+        uint32_t size = tokens[k].hi - tokens[k].lo;
+        uint32_t n_digits =
+            label && tokens[k].lo == label ? label_digits(parser_text(p, tokens[k].hi), size) : 0;
+        if (n_digits && pattern->n_slots < RUN_MAX_SLOTS) {
+            Piece piece = label_piece(p, from, tokens[k], n_digits);
+            place = &find_piece(r, place, &piece)->behind;
+            pattern->node[pattern->n_slots] = statement;
+            pattern->row[pattern->n_slots++] =
+                strtod(parser_text(p, tokens[k].hi - n_digits), NULL);
+            from = tokens[k].hi;
+            continue;
+        }
         if (tokens[k].kind != TOKEN_NUMBER) {
             continue;
         }
@@ -176,9 +211,26 @@ static Pattern *make_pattern(RunPatterns *r, const Parser *p, NodeId node_lo, ui
 
 // ---- Comparison
 
+// The digits at the end of a name.
+static bool match_label(Lexer *lexer, double *x) {
+    const char *at = lexer->at;
+    for (*x = 0; is_digit(*at) && at - lexer->at <= MOST_DIGITS; at++) {
+        *x = 10 * *x + (*at - '0');
+    }
+    ptrdiff_t n = at - lexer->at;
+    if (n == 0 || n > MOST_DIGITS || (n > 1 && *lexer->at == '0') || is_letter(*at)) {
+        return false;
+    }
+    lexer->at = at;
+    return true;
+}
+
 // The number at lexer->at, behind blanks and its sign.
 static bool match_number(const Piece *piece, Lexer *lexer, double *x) {
     const char *at = lexer->at;
+    if (piece->is_label) {
+        return match_label(lexer, x);
+    }
     while (is_blank(*at)) {
         at++;
     }
@@ -341,7 +393,7 @@ static void add_object(RunPatterns *r, const Parser *p, NodeId statement, NodeId
     if (r->n_patterns == RUN_MAX_PATTERNS) {
         r->n_missed++;
     } else if (!has_run(p->syntax, node_lo, statement)) {
-        pattern = make_pattern(r, p, node_lo, lo, p->last_hi);
+        pattern = make_pattern(r, p, statement, node_lo, lo, p->last_hi);
     }
     if (!pattern || !add_row(pattern, lo, pattern->row)) {
         add_single(r, statement);
@@ -419,7 +471,11 @@ static Run finish_run(Parser *p, Pattern *pattern) {
     }
     RunSlot *slots = ARENA_ARRAY(p->arena, n_slots, RunSlot);
     for (uint32_t s = 0; s < n_slots; s++) {
-        slots[s] = (RunSlot){pattern->node[which[s]], columns[s]};
+        uint32_t to = s; // the label's node is the last, though it is written before others
+        for (; to > 0 && slots[to - 1].node > pattern->node[which[s]]; to--) {
+            slots[to] = slots[to - 1];
+        }
+        slots[to] = (RunSlot){pattern->node[which[s]], columns[s]};
     }
     return (Run){pattern->first, pattern->node_lo, pattern->node_hi, pattern->n, n_slots, at,
                  slots};

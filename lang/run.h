@@ -22,7 +22,7 @@ enum {
 
 // A number of the first statement that is another one elsewhere.
 typedef struct {
-    NodeId node;          // NODE_NUMBER
+    NodeId node;          // NODE_NUMBER; of what a label ends with: its NODE_OBJECT
     const double *values; // [n], unit not applied; what the first statement's tree makes of the
                           // sign is left to it
 } RunSlot;

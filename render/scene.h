@@ -98,8 +98,10 @@ typedef enum {
 typedef struct {
     ShapeKind kind;
     SourceRef where;
-    const char *label; // "Car/Wheel" or "sphere@12"; instances add [i]
-    uint32_t material; // index into materials
+    const char *label;     // "Car/Wheel" or "sphere@12"; instances add [i], or what number gives
+    const Program *number; // 1 out, added to the label as [12]; NULL: the instance, where many are
+    bool is_joined;        // as 12
+    uint32_t material;     // index into materials
 
     const Mesh *mesh;         // SHAPE_MESH: the rest pose
     const VertexTrack *track; // SHAPE_MESH: where the vertices are at t; NULL: in the rest pose

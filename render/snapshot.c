@@ -33,13 +33,26 @@ static bool lies_within(const char *name, const char *label) {
     return false;
 }
 
+void shape_name(const Shape *shape, uint32_t instance, char *name, size_t size) {
+    double in[IN_COUNT], number = instance;
+    if (shape->number) {
+        shape_inputs(shape, shape_loops(shape, instance), 0, in);
+        program_run1(shape->number, in, &number);
+    }
+    if (shape->number || shape->n_instances > 1) {
+        snprintf(name, size, shape->is_joined ? "%s%.15g" : "%s[%.15g]", shape->label, number);
+    } else {
+        snprintf(name, size, "%s", shape->label);
+    }
+}
+
 static bool is_wanted(const Taker *taker, const Shape *shape, uint32_t instance) {
     char name[512];
-    if (!taker->label || lies_within(shape->label, taker->label)) {
+    if (!taker->label || (!shape->is_joined && lies_within(shape->label, taker->label))) {
         return true;
     }
-    snprintf(name, sizeof name, "%s[%u]", shape->label, instance);
-    return shape->n_instances > 1 && lies_within(name, taker->label);
+    shape_name(shape, instance, name, sizeof name);
+    return lies_within(name, taker->label);
 }
 
 static bool is_there(const Shape *shape, const double in[IN_COUNT], Affine *map) {

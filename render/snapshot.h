@@ -3,6 +3,8 @@
 #ifndef RENDER_SNAPSHOT_H
 #define RENDER_SNAPSHOT_H
 
+#include <stddef.h>
+
 #include "render/scene.h"
 
 typedef struct {
@@ -17,5 +19,8 @@ typedef struct {
 // outside also under mirroring transforms. False: more than 2^31 vertices or triangles.
 bool snapshot_take(Arena *arena, const Scene *scene, const char *label, double seconds, Mesh *mesh,
                    Snapshot *snapshot);
+
+// What an instance is called: "Wheel", "Wheel[2]", "Wheel12".
+void shape_name(const Shape *shape, uint32_t instance, char *name, size_t size);
 
 #endif

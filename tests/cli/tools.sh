@@ -122,6 +122,17 @@ test_mesh_by_label() {
 
 # Triangles of closed shapes turn their front outwards: the volume that they enclose is positive,
 # and that of the shape, also where a transform mirrors it.
+test_mesh_by_numbers_of_labels() {
+    for i in $(seq 200); do echo "box Crate$i { translate <$i, 0, 0> } box Bin[$i] { }"; done >many.st4
+    echo 'for i in 0..3 { for j in 0..3 { box Cell[10*i + j] { } } }' >>many.st4
+    for label in Crate17 Crate170 'Bin[17]' 'Bin[170]' 'Cell[23]'; do
+        expect 0 "$ST4" mesh many.st4 --label "$label" -o one.ply
+        [[ $err == *"12 triangles of 1 object"* ]] || fail "$label: $err"
+    done
+    expect 0 "$ST4" mesh many.st4 --label Bin -o all.ply
+    [[ $err == *"of 200 objects"* ]] || fail "$err"
+}
+
 test_mesh_faces_outwards() {
     cat >ball.st4 <<'END'
 sphere { scale <-1, 1, 1>  translate <3, 1, 0> }
