@@ -40,8 +40,11 @@ LDLIBS := -lOpenEXRCore-3_1 -lsleef -lm -ldl $(LDLIBS_$(config))
 # Files that are loaded when first needed, each a shared object of its own.
 PLUGINS := render/image_oiio.cpp render/mesh_assimp.c
 # Files named *_avx2.c (and *_avx512.c) are the only ones compiled for that instruction set.
-ISA_avx2 := -mavx2 -mfma -mf16c
+ISA_avx2 := -mavx2 -mfma -mf16c -mbmi -mbmi2
 ISA_avx512 := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mfma
+# In these, and in their scalar twins, loops over three axes are unrolled, so that arrays of wide
+# registers do not go through memory.
+KERNEL_release := -O3
 
 FUZZ := build/fuzz
 
@@ -71,8 +74,8 @@ $(B)/st4-tests: $(TESTS) $(LIBRARY) | $(B)/st4-image.so $(B)/st4-assimp.so
 
 $(B)/%.o: %.c Makefile
 	@mkdir -p $(@D)
-	$(CC) $(ALL_CFLAGS) $(foreach isa,avx2 avx512,$(if $(findstring _$(isa).c,$<),$(ISA_$(isa)))) \
-	    -c -o $@ $<
+	$(CC) $(ALL_CFLAGS) $(foreach isa,scalar avx2 avx512,$(if $(findstring _$(isa).c,$<),\
+	    $(KERNEL_$(config)) $(ISA_$(isa)))) -c -o $@ $<
 
 $(B)/%.o: %.cpp Makefile
 	@mkdir -p $(@D)

@@ -53,37 +53,32 @@ static inline bool is_nearer(float t, int32_t prim, const RayState *ray, const N
     return t > ray->tn && (t < nearest->t || (t == nearest->t && prim < nearest->prim));
 }
 
-static inline bool all_one_sign(float u, float v, float w) {
+static inline bool all_one_sign(double u, double v, double w) {
     return (u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0);
 }
 
-// The distance of a triangle that the ray is known to pass through. Its vertices are taken in the
-// order of their places in the sheared plane, so that coincident triangles give the same bits
-// whatever vertex they begin with, and the lowest of them wins.
+// The sum of three numbers, the same in whatever order they come.
+static inline double sum_of_three(double a, double b, double c) {
+    double lo = a < b ? a : b, hi = a > b ? a : b;
+    double low = lo < c ? lo : c, high = hi > c ? hi : c;
+    double between = hi < c ? hi : c, middle = lo > between ? lo : between;
+    return (low + high) + middle;
+}
+
+// The distance of a triangle that the ray passes through. In double: products of floats are exact,
+// so edge functions and sums come out the same, but for their sign, in whatever order the vertices
+// are given. Coincident triangles are at bit-equal distances, and the lowest of them wins.
 static inline void accept_triangle(const RayState *ray, const float x[3], const float y[3],
                                    const float z[3], int32_t prim, Nearest *nearest) {
-    int p[3] = {0, 1, 2};
-    for (int i = 0; i < 3; i++) {
-        int lo = i == 1 ? 1 : 0, hi = lo + 1; // 0-1, 1-2, 0-1 sorts three
-        int a = p[lo], b = p[hi];
-        if (x[b] < x[a] || (x[b] == x[a] && y[b] < y[a])) {
-            p[lo] = b;
-            p[hi] = a;
-        }
-    }
-    int a = p[0], b = p[1], c = p[2];
-    float u = product_difference(x[c], y[b], y[c], x[b]);
-    float v = product_difference(x[a], y[c], y[a], x[c]);
-    float w = product_difference(x[b], y[a], y[b], x[a]);
+    double u = (double)x[2] * y[1] - (double)y[2] * x[1];
+    double v = (double)x[0] * y[2] - (double)y[0] * x[2];
+    double w = (double)x[1] * y[0] - (double)y[1] * x[0];
     // All have one sign, so the sum cannot cancel; where it is 0 what follows is NaN, and no hit.
-    float r = 1 / (u + v + w);
-    float weight[3];
-    weight[a] = u * r;
-    weight[b] = v * r;
-    weight[c] = w * r;
-    float t = __builtin_fmaf(weight[c], z[c], __builtin_fmaf(weight[b], z[b], weight[a] * z[a]));
-    if (is_nearer(t, prim, ray, nearest)) {
-        *nearest = (Nearest){t, prim, weight[1], weight[2]};
+    double r = 1 / sum_of_three(u, v, w);
+    float t = (float)(sum_of_three(u * z[0], v * z[1], w * z[2]) * r);
+    bool is_through = all_one_sign(u, v, w);
+    if (is_through & is_nearer(t, prim, ray, nearest)) {
+        *nearest = (Nearest){t, prim, (float)(v * r), (float)(w * r)};
     }
 }
 

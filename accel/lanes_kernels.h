@@ -9,103 +9,7 @@
 #include <stdint.h>
 
 #ifdef __AVX2__
-#include <immintrin.h>
-
-typedef struct {
-    __m256 a, b;
-} Lanes;
-
-// Sixteen indices 0..15, made ready for lanes_pick().
-typedef struct {
-    __m256i a, b;
-} LaneIndex;
-
-static inline Lanes lanes_load(const float *p) { // 64-byte aligned
-    return (Lanes){_mm256_load_ps(p), _mm256_load_ps(p + 8)};
-}
-
-static inline void lanes_store(float *p, Lanes x) { // 64-byte aligned
-    _mm256_store_ps(p, x.a);
-    _mm256_store_ps(p + 8, x.b);
-}
-
-static inline Lanes lanes_all(float x) {
-    return (Lanes){_mm256_set1_ps(x), _mm256_set1_ps(x)};
-}
-
-static inline Lanes lanes_add(Lanes x, Lanes y) {
-    return (Lanes){_mm256_add_ps(x.a, y.a), _mm256_add_ps(x.b, y.b)};
-}
-
-static inline Lanes lanes_sub(Lanes x, Lanes y) {
-    return (Lanes){_mm256_sub_ps(x.a, y.a), _mm256_sub_ps(x.b, y.b)};
-}
-
-static inline Lanes lanes_mul(Lanes x, Lanes y) {
-    return (Lanes){_mm256_mul_ps(x.a, y.a), _mm256_mul_ps(x.b, y.b)};
-}
-
-// x*y + z
-static inline Lanes lanes_fma(Lanes x, Lanes y, Lanes z) {
-    return (Lanes){_mm256_fmadd_ps(x.a, y.a, z.a), _mm256_fmadd_ps(x.b, y.b, z.b)};
-}
-
-// z - x*y
-static inline Lanes lanes_fnma(Lanes x, Lanes y, Lanes z) {
-    return (Lanes){_mm256_fnmadd_ps(x.a, y.a, z.a), _mm256_fnmadd_ps(x.b, y.b, z.b)};
-}
-
-// x*y - z
-static inline Lanes lanes_fms(Lanes x, Lanes y, Lanes z) {
-    return (Lanes){_mm256_fmsub_ps(x.a, y.a, z.a), _mm256_fmsub_ps(x.b, y.b, z.b)};
-}
-
-static inline Lanes lanes_abs(Lanes x) {
-    __m256 sign = _mm256_set1_ps(-0.0f);
-    return (Lanes){_mm256_andnot_ps(sign, x.a), _mm256_andnot_ps(sign, x.b)};
-}
-
-// The second operand where either is NaN.
-static inline Lanes lanes_min(Lanes x, Lanes y) {
-    return (Lanes){_mm256_min_ps(x.a, y.a), _mm256_min_ps(x.b, y.b)};
-}
-
-static inline Lanes lanes_max(Lanes x, Lanes y) {
-    return (Lanes){_mm256_max_ps(x.a, y.a), _mm256_max_ps(x.b, y.b)};
-}
-
-// x <= y; false where either is NaN.
-static inline uint32_t lanes_le(Lanes x, Lanes y) {
-    uint32_t a = (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(x.a, y.a, _CMP_LE_OQ));
-    uint32_t b = (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(x.b, y.b, _CMP_LE_OQ));
-    return a | b << 8;
-}
-
-// Lanes in which x, y, z are all >= 0 or all <= 0. Where one of them is NaN a lane may come out
-// either way: the kernels' own test rejects it later.
-static inline uint32_t lanes_one_sign(Lanes x, Lanes y, Lanes z) {
-    Lanes lo = {_mm256_min_ps(_mm256_min_ps(x.a, y.a), z.a),
-                _mm256_min_ps(_mm256_min_ps(x.b, y.b), z.b)};
-    Lanes hi = {_mm256_max_ps(_mm256_max_ps(x.a, y.a), z.a),
-                _mm256_max_ps(_mm256_max_ps(x.b, y.b), z.b)};
-    Lanes zero = lanes_all(0);
-    return lanes_le(zero, lo) | lanes_le(hi, zero);
-}
-
-static inline LaneIndex lanes_index(const uint8_t *index) {
-    __m128i bytes = _mm_loadu_si128((const __m128i *)(const void *)index);
-    return (LaneIndex){_mm256_cvtepu8_epi32(bytes), _mm256_cvtepu8_epi32(_mm_srli_si128(bytes, 8))};
-}
-
-static inline __m256 lanes_pick8(Lanes x, __m256i index) {
-    __m256 low = _mm256_permutevar8x32_ps(x.a, index), high = _mm256_permutevar8x32_ps(x.b, index);
-    return _mm256_blendv_ps(low, high, _mm256_castsi256_ps(_mm256_slli_epi32(index, 28)));
-}
-
-static inline Lanes lanes_pick(Lanes x, LaneIndex index) {
-    return (Lanes){lanes_pick8(x, index.a), lanes_pick8(x, index.b)};
-}
-
+#include "accel/lanes_avx2_kernels.h"
 #else
 
 #define LANES_EACH(expression)                                                                     \
@@ -197,6 +101,31 @@ static inline LaneIndex lanes_index(const uint8_t *index) {
 
 static inline Lanes lanes_pick(Lanes x, LaneIndex index) {
     LANES_EACH(x.v[index.v[i]]);
+}
+
+// The children of the lanes in `mask`, side by side; up to 16 places of `to` may be written.
+static inline void lanes_pack(const uint32_t *child, uint32_t mask, uint32_t *to) {
+    for (; mask; mask &= mask - 1) {
+        *to++ = child[__builtin_ctz(mask)];
+    }
+}
+
+// The lanes in `mask`, at least one, farthest first: their distances and their children. Up to 16
+// places may be written. Distances may come out up to 16 units in the last place away, which the
+// caller allows for. Returns the child of the nearest.
+static inline uint32_t lanes_sort(Lanes t, uint32_t mask, const uint32_t *child, float *to_t,
+                                  uint32_t *to_child) {
+    uint32_t count = 0;
+    for (; mask; mask &= mask - 1, count++) {
+        uint32_t lane = (uint32_t)__builtin_ctz(mask), at = count;
+        for (; at > 0 && to_t[at - 1] < t.v[lane]; at--) {
+            to_t[at] = to_t[at - 1];
+            to_child[at] = to_child[at - 1];
+        }
+        to_t[at] = t.v[lane];
+        to_child[at] = child[lane];
+    }
+    return to_child[count - 1];
 }
 
 #endif

@@ -30,6 +30,40 @@ static double *share_of_ticks(const Geometry *g, uint32_t last_tick) {
     return share;
 }
 
+// Down through the cuts in time at ticks that the table can tell apart.
+static uint32_t root_at(const WideTree *wide, uint32_t tick) {
+    uint32_t child = wide->root;
+    while (child_kind(child) == CHILD_TIME) {
+        const TimeNode *time = &wide->times[child_index(child)];
+        if (time->tick >> wide->root_shift << wide->root_shift != time->tick) {
+            break;
+        }
+        child = time->child[tick >= time->tick];
+    }
+    return child;
+}
+
+// Entries of a tick, or of several where that would be more than MOST.
+static bool make_roots(WideTree *wide, uint32_t last_tick) {
+    enum { MOST = 4096 };
+    wide->root_shift = last_tick ? 0 : 31; // where nothing moves, rays still have times
+    while (last_tick >> wide->root_shift >= MOST) {
+        wide->root_shift++;
+    }
+    wide->n_roots = (last_tick >> wide->root_shift) + 1;
+    wide->roots = malloc(wide->n_roots * sizeof *wide->roots);
+    for (uint32_t i = 0; wide->roots && i < wide->n_roots; i++) {
+        wide->roots[i] = root_at(wide, i << wide->root_shift);
+    }
+    return wide->roots != NULL;
+}
+
+static size_t tree_bytes(const WideTree *wide) {
+    size_t node = wide->is_moving ? sizeof(WideNode) : sizeof(WideBoxes);
+    return sizeof *wide + wide->n_nodes * node + wide->n_times * sizeof *wide->times +
+           wide->n_roots * sizeof *wide->roots;
+}
+
 static bool build_tree(WideTree *wide, AccelStats *stats) {
     const Geometry *g = wide->geometry;
     uint32_t last_tick = g->n_keys > 1 ? (g->n_keys - 1) * TICKS_PER_SPAN : 0;
@@ -38,7 +72,8 @@ static bool build_tree(WideTree *wide, AccelStats *stats) {
     if (share) {
         binary_build(&binary, wide->set, share, last_tick);
     }
-    bool is_built = share && !binary.is_out_of_memory && wide_collapse(wide, &binary);
+    bool is_built = share && !binary.is_out_of_memory && wide_collapse(wide, &binary) &&
+                    make_roots(wide, last_tick);
     stats->n_time_splits = binary.n_time_splits;
     stats->n_depth = binary.depth;
     stats->n_references = (binary.n + 1) / 2;
@@ -48,16 +83,12 @@ static bool build_tree(WideTree *wide, AccelStats *stats) {
     return is_built;
 }
 
-static size_t tree_bytes(const WideTree *wide) {
-    size_t node = wide->is_moving ? sizeof(WideNode) : sizeof(WideBoxes);
-    return sizeof *wide + wide->n_nodes * node + wide->n_times * sizeof *wide->times;
-}
-
 void wide_destroy(Accel *accel) {
     WideTree *wide = (WideTree *)accel;
     cluster_destroy(wide->set);
     free(wide->nodes);
     free(wide->times);
+    free(wide->roots);
     free(wide);
 }
 
@@ -231,6 +262,14 @@ bool wide_validate(const Accel *accel, char *why, size_t n) {
     uint32_t last = n_keys > 1 ? (n_keys - 1) * TICKS_PER_SPAN : 0;
     Check check = {wide, calloc((size_t)wide->set->n_clusters + 1, sizeof(uint64_t)), why, n};
     bool is_valid = check.ticks && check_child(&check, NULL, wide->root, 0, last);
+    for (uint32_t tick = 0; is_valid && tick < last; tick++) {
+        uint32_t child = wide_root(wide, tick), below = wide->root;
+        while (below != child && child_kind(below) == CHILD_TIME) {
+            const TimeNode *time = &wide->times[child_index(below)];
+            below = time->child[tick >= time->tick];
+        }
+        is_valid = below == child || fail(&check, "the table of roots is wrong at tick", tick);
+    }
     for (uint32_t c = 0; is_valid && c < wide->set->n_clusters; c++) {
         if (check.ticks[c] != last) {
             is_valid = fail(&check, "not reached once at every tick: cluster", c);

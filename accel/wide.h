@@ -66,7 +66,13 @@ struct WideTree {
     TimeNode *times;
     uint32_t n_nodes, n_times;
     uint32_t root; // a child; CHILD_NONE: nothing can be hit
+    // The cuts in time next to the root as a table: where a ray begins, by its tick >> root_shift.
+    uint32_t *roots, n_roots, root_shift;
 };
+
+static inline uint32_t wide_root(const WideTree *tree, uint32_t tick) {
+    return tree->roots[tick >> tree->root_shift];
+}
 
 static inline WideBoxes *wide_boxes(const WideTree *tree, bool is_moving, uint32_t index) {
     return is_moving ? &((WideNode *)tree->nodes)[index].at : &((WideBoxes *)tree->nodes)[index];

@@ -7,22 +7,19 @@
 // No hit of the triangle kernel is lost. The kernel subtracts the origin from each vertex, the test
 // subtracts it from each plane; rounding is monotone, so what is inside stays inside, however far
 // the origin. What both do afterwards has a relative error of a few units in the last place, for
-// which the interval is widened by 2^-20.
+// which, and for the lane numbers that lanes_sort() hides in distances, the interval is widened by
+// 2^-18.
 #include "accel/lanes_kernels.h"
 #include "accel/wide.h"
 
 // 15 entries a level; a binary tree of depth 136 (accel/wide_build.c) has at most as many wide
-// levels.
-enum { STACK_SIZE = 2048 };
+// levels. 16 more, since whole rows are written.
+enum { STACK_SIZE = 2048 + WIDE_LANES };
 
 // Flags such as is_moving are constants of each use, so every kernel exists once for each case.
 #define SPECIALISED static inline __attribute__((always_inline))
 
-typedef struct {
-    float t;
-    uint32_t child;
-} Entry;
-
+// What a ray needs on its way, ready for use: axes in the order kx, ky, kz of the shear.
 typedef struct {
     const WideTree *tree;
     const RayState *ray;
@@ -34,6 +31,12 @@ typedef struct {
     uint64_t n_nodes, n_tests;
 } Trace;
 
+// Children to visit, and the distances at which the ray enters them.
+typedef struct {
+    float t[STACK_SIZE];
+    uint32_t child[STACK_SIZE];
+} Stack;
+
 SPECIALISED Lanes plane_at(const float *rows, uint32_t offset, Lanes w, bool is_moving) {
     Lanes at = lanes_load(rows + offset);
     if (is_moving) {
@@ -42,8 +45,8 @@ SPECIALISED Lanes plane_at(const float *rows, uint32_t offset, Lanes w, bool is_
     return at;
 }
 
-// Which lanes' boxes the ray meets before `tf`; their entries in t[16].
-SPECIALISED uint32_t test_boxes(const Trace *tr, const WideBoxes *node, bool is_moving, float *t) {
+// Which lanes' boxes the ray meets before the nearest hit, and where it enters them.
+SPECIALISED uint32_t test_boxes(const Trace *tr, const WideBoxes *node, bool is_moving, Lanes *t) {
     const float *rows = &node->lo[0][0];
     Lanes w = lanes_all(tr->w), near = lanes_all(tr->ray->tn), far = lanes_all(tr->nearest->t);
     for (int a = 0; a < 3; a++) {
@@ -53,11 +56,20 @@ SPECIALISED uint32_t test_boxes(const Trace *tr, const WideBoxes *node, bool is_
         near = lanes_max(lanes_mul(in, r), near);
         far = lanes_min(lanes_mul(out, r), far);
     }
-    Lanes slack = lanes_all(0x1p-20f);
-    near = lanes_fnma(lanes_abs(near), slack, near);
-    far = lanes_fma(lanes_abs(far), slack, far);
-    lanes_store(t, near);
-    return lanes_le(near, far);
+    Lanes slack = lanes_all(0x1p-18f);
+    *t = lanes_fnma(lanes_abs(near), slack, near);
+    return lanes_le(*t, lanes_fma(lanes_abs(far), slack, far));
+}
+
+// A row of vertices at the ray's time, relative to its origin.
+SPECIALISED Lanes row_at(const Trace *tr, const float *key, int axis, bool is_moving) {
+    Lanes p = lanes_load(key + axis * CLUSTER_LANES);
+    if (is_moving) {
+        size_t next = (size_t)tr->tree->set->n_rows * CLUSTER_LANES;
+        Lanes q = lanes_load(key + next + axis * CLUSTER_LANES);
+        p = lanes_fma(lanes_all(tr->ray->f), lanes_sub(q, p), p);
+    }
+    return p;
 }
 
 SPECIALISED void test_triangles(Trace *tr, uint32_t index, bool is_moving) {
@@ -65,18 +77,12 @@ SPECIALISED void test_triangles(Trace *tr, uint32_t index, bool is_moving) {
     const RayState *ray = tr->ray;
     const Cluster *cluster = &tree->set->clusters[index];
     const float *key = cluster_key(tree->set, index, tr->key);
-    Lanes p[3];
-    for (int a = 0; a < 3; a++) {
-        p[a] = lanes_load(key + a * CLUSTER_LANES);
-        if (is_moving) {
-            Lanes next = lanes_load(key + (3 + a) * CLUSTER_LANES);
-            p[a] = lanes_fma(lanes_all(ray->f), lanes_sub(next, p[a]), p[a]);
-        }
-        p[a] = lanes_sub(p[a], lanes_all(ray->o[a]));
-    }
-    Lanes pz = p[ray->kz];
-    Lanes x = lanes_fnma(lanes_all(ray->sx), pz, p[ray->kx]);
-    Lanes y = lanes_fnma(lanes_all(ray->sy), pz, p[ray->ky]);
+    int kx = ray->kx, ky = ray->ky, kz = ray->kz;
+    Lanes z = lanes_sub(row_at(tr, key, kz, is_moving), lanes_all(ray->o[kz]));
+    Lanes x = lanes_sub(row_at(tr, key, kx, is_moving), lanes_all(ray->o[kx]));
+    Lanes y = lanes_sub(row_at(tr, key, ky, is_moving), lanes_all(ray->o[ky]));
+    x = lanes_fnma(lanes_all(ray->sx), z, x);
+    y = lanes_fnma(lanes_all(ray->sy), z, y);
     Lanes cx[3], cy[3], edge[3];
     for (int c = 0; c < 3; c++) {
         LaneIndex corner = lanes_index(cluster->corner[c]);
@@ -98,12 +104,9 @@ SPECIALISED void test_triangles(Trace *tr, uint32_t index, bool is_moving) {
     float zs[16] __attribute__((aligned(64)));
     lanes_store(xs, x);
     lanes_store(ys, y);
-    lanes_store(zs, lanes_mul(lanes_all(ray->sz), pz));
+    lanes_store(zs, lanes_mul(lanes_all(ray->sz), z));
     for (; inside; inside &= inside - 1) {
         int lane = __builtin_ctz(inside);
-        if (cluster->prim[lane] < 0) {
-            continue;
-        }
         float tx[3], ty[3], tz[3];
         for (int c = 0; c < 3; c++) {
             int v = cluster->corner[c][lane];
@@ -115,11 +118,33 @@ SPECIALISED void test_triangles(Trace *tr, uint32_t index, bool is_moving) {
     }
 }
 
-SPECIALISED void test_spheres(Trace *tr, uint32_t index) {
+// First in float, with room for its error: the distance of the centre from the ray's line is at
+// most the radius. Then, for the few that pass, the kernel of all structures.
+SPECIALISED void test_spheres(Trace *tr, uint32_t index, bool is_moving) {
+    const RayState *ray = tr->ray;
     const Cluster *cluster = &tr->tree->set->clusters[index];
-    for (int lane = 0; lane < CLUSTER_LANES && cluster->prim[lane] >= 0; lane++) {
-        intersect_sphere(tr->ray, cluster->prim[lane], tr->nearest);
-        tr->n_tests++;
+    const float *key = cluster_key(tr->tree->set, index, tr->key);
+    const float *d = ray->d;
+    float scale = 1 / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    Lanes g[3], along = lanes_all(0), size = lanes_all(0), square = lanes_all(0);
+    for (int a = 0; a < 3; a++) {
+        g[a] = lanes_sub(row_at(tr, key, a, is_moving), lanes_all(ray->o[a]));
+        along = lanes_fma(g[a], lanes_all(d[a] * scale), along);
+        size = lanes_add(size, lanes_abs(g[a]));
+    }
+    for (int a = 0; a < 3; a++) {
+        Lanes off = lanes_fnma(along, lanes_all(d[a]), g[a]);
+        square = lanes_fma(off, off, square);
+    }
+    // Each component is off by less than 8 units in the last place of the sum of all.
+    Lanes radius = row_at(tr, key, 3, is_moving);
+    Lanes room = lanes_fma(size, lanes_all(0x1p-18f), radius);
+    Lanes far = lanes_fma(room, room, lanes_all(1e-30f));
+    // What overflows is NaN, and passes.
+    uint32_t near = ~lanes_le(far, square) & lanes_le(lanes_all(0), radius);
+    tr->n_tests += CLUSTER_LANES;
+    for (; near; near &= near - 1) {
+        intersect_sphere(ray, cluster->prim[__builtin_ctz(near)], tr->nearest);
     }
 }
 
@@ -131,60 +156,41 @@ SPECIALISED void trace_begin(Trace *tr, const WideTree *tree, const RayState *ra
     tr->n_nodes = tr->n_tests = 0;
     tr->key = ray->tick / TICKS_PER_SPAN;
     tr->w = (float)tr->key + ray->f;
-    for (int a = 0; a < 3; a++) {
+    for (uint32_t a = 0; a < 3; a++) {
         float d = ray->d[a];
         // A direction along a plane: so steep that the slab is either all or nothing.
         d = __builtin_fabsf(d) < 0x1p-80f ? __builtin_copysignf(0x1p-80f, d) : d;
         tr->r[a] = 1 / d;
-        uint32_t lo = (uint32_t)a * WIDE_LANES, hi = (uint32_t)(3 + a) * WIDE_LANES;
-        tr->near_offset[a] = d < 0 ? hi : lo;
-        tr->far_offset[a] = d < 0 ? lo : hi;
+        uint32_t back = d < 0 ? 3 * WIDE_LANES : 0;
+        tr->near_offset[a] = a * WIDE_LANES + back;
+        tr->far_offset[a] = (3 + a) * WIDE_LANES - back;
     }
-}
-
-// The hit lanes: the nearest is returned, the others are pushed, farther ones deeper.
-SPECIALISED uint32_t push_lanes(const WideBoxes *node, uint32_t mask, const float *t, Entry *stack,
-                                uint32_t *top) {
-    int lane = __builtin_ctz(mask);
-    mask &= mask - 1;
-    if (!mask) {
-        return node->child[lane];
-    }
-    Entry best = {t[lane], node->child[lane]};
-    uint32_t base = *top, n = base;
-    for (; mask; mask &= mask - 1) {
-        lane = __builtin_ctz(mask);
-        Entry entry = {t[lane], node->child[lane]};
-        if (entry.t < best.t) {
-            Entry swap = best;
-            best = entry;
-            entry = swap;
-        }
-        uint32_t at = n++;
-        while (at > base && stack[at - 1].t < entry.t) {
-            stack[at] = stack[at - 1];
-            at--;
-        }
-        stack[at] = entry;
-    }
-    *top = n;
-    return best.child;
 }
 
 SPECIALISED void trace_tree(Trace *tr, bool is_moving, bool is_spheres, bool any_hit) {
     const WideTree *tree = tr->tree;
-    Entry stack[STACK_SIZE];
-    uint32_t top = 0, child = tree->root;
-    float t[WIDE_LANES] __attribute__((aligned(64)));
+    Stack stack;
+    uint32_t top = 0, child = wide_root(tree, tr->ray->tick);
     for (;;) {
         uint32_t index = child_index(child);
         ChildKind kind = child_kind(child);
         if (kind == CHILD_NODE) {
             const WideBoxes *node = wide_boxes(tree, is_moving, index);
             tr->n_nodes++;
-            uint32_t mask = test_boxes(tr, node, is_moving, t);
+            Lanes t;
+            uint32_t mask = test_boxes(tr, node, is_moving, &t);
             if (mask) {
-                child = push_lanes(node, mask, t, stack, &top);
+                uint32_t more = (uint32_t)__builtin_popcount(mask) - 1;
+                if (!more) {
+                    child = node->child[__builtin_ctz(mask)];
+                } else if (any_hit) {
+                    lanes_pack(node->child, mask, stack.child + top);
+                    top += more;
+                    child = stack.child[top];
+                } else {
+                    child = lanes_sort(t, mask, node->child, stack.t + top, stack.child + top);
+                    top += more;
+                }
                 continue;
             }
         } else if (kind == CHILD_TIME) {
@@ -193,7 +199,7 @@ SPECIALISED void trace_tree(Trace *tr, bool is_moving, bool is_spheres, bool any
             continue;
         } else if (kind == CHILD_CLUSTER) {
             if (is_spheres) {
-                test_spheres(tr, index);
+                test_spheres(tr, index, is_moving);
             } else {
                 test_triangles(tr, index, is_moving);
             }
@@ -205,8 +211,8 @@ SPECIALISED void trace_tree(Trace *tr, bool is_moving, bool is_spheres, bool any
             if (top == 0) {
                 return;
             }
-            child = stack[--top].child;
-        } while (stack[top].t > tr->nearest->t);
+            child = stack.child[--top];
+        } while (!any_hit && stack.t[top] > tr->nearest->t);
     }
 }
 
@@ -214,9 +220,8 @@ SPECIALISED void trace_tree(Trace *tr, bool is_moving, bool is_spheres, bool any
 SPECIALISED bool prepare(const WideTree *tree, const AccelRay *ray, RayState *state) {
     const float *o = ray->origin, *d = ray->dir;
     float ax = __builtin_fabsf(d[0]), ay = __builtin_fabsf(d[1]), az = __builtin_fabsf(d[2]);
-    int kz = ax > ay ? 0 : 1;
     float largest = ax > ay ? ax : ay;
-    kz = az > largest ? 2 : kz;
+    int kz = (int)(az > largest) << 1 | (int)((ax <= ay) & (az <= largest));
     largest = az > largest ? az : largest;
     // Sums that are infinite or NaN show an operand that is.
     bool is_plain = (o[0] + o[1] + o[2]) * 0 == 0 && (ax + ay + az) * 0 == 0 &&
@@ -231,8 +236,9 @@ SPECIALISED bool prepare(const WideTree *tree, const AccelRay *ray, RayState *st
         state->d[a] = d[a];
     }
     state->kz = kz;
-    state->kx = kz == 2 ? 0 : kz + 1;
-    state->ky = kz == 0 ? 2 : kz - 1;
+    static const uint8_t next[3] = {1, 2, 0}, last[3] = {2, 0, 1};
+    state->kx = next[kz];
+    state->ky = last[kz];
     state->sx = d[state->kx] / d[kz];
     state->sy = d[state->ky] / d[kz];
     state->sz = 1 / d[kz];
@@ -266,7 +272,11 @@ SPECIALISED bool trace_wide(const WideTree *tree, const AccelRay *ray, AccelHit 
     Trace tr;
     trace_begin(&tr, tree, &state, &nearest);
     if (tree->geometry->kind == GEOMETRY_SPHERES) {
-        trace_tree(&tr, tree->is_moving, true, any_hit);
+        if (tree->is_moving) {
+            trace_tree(&tr, true, true, any_hit);
+        } else {
+            trace_tree(&tr, false, true, any_hit);
+        }
     } else if (tree->is_moving) {
         trace_tree(&tr, true, false, any_hit);
     } else {
