@@ -141,7 +141,7 @@ typedef struct {
     const Object *object;
     const AccelRay *time;
     long double o[3];
-    double d[3], s, far;
+    double d[3], s, far, length;
 } DoubleRay;
 
 static Meeting meet_double(const void *context, uint32_t prim) {
@@ -165,7 +165,9 @@ static Meeting meet_double(const void *context, uint32_t prim) {
         }
     }
     Meeting r = meet_triangle(&m);
-    double off = 0x1p-50 * (fabs(q->s) + fmax(fabs(r.lo), fabs(r.hi)));
+    // From within some sizes of the object the kernels measure from the origin itself.
+    double near = fmin(fabs(q->s), 8 / q->object->frame.scale / q->length);
+    double off = 0x1p-50 * (fabs(q->s) + fmax(fabs(r.lo), fabs(r.hi))) + 16 * u * near;
     r.lo += q->s - off;
     r.hi += q->s + off;
     return r;
@@ -192,6 +194,7 @@ static void check_double(Run *run, const Object *object, uint64_t i, Vec3 origin
         q.far = fmax(q.far, fabs((double)away));
     }
     q.s = (double)(-od / dd);
+    q.length = sqrt((double)dd);
     for (int k = 0; k < 3; k++) {
         q.o[k] = o[k] + (long double)q.s * q.d[k];
     }

@@ -141,7 +141,9 @@ static Meeting meet_flat(const void *context, uint32_t prim) {
         }
     }
     Meeting r = meet_triangle(&m);
-    double off = 0x1p-48 * (fabs((double)s) + fmax(fabs(r.lo), fabs(r.hi)));
+    // From within some sizes of the object its kernels measure from the origin itself.
+    double near = fmin(fabs((double)s), 32 * reach * longest / vec3_length(q->dir));
+    double off = 0x1p-48 * (fabs((double)s) + fmax(fabs(r.lo), fabs(r.hi))) + 16 * u * near;
     r.lo += (double)s - off;
     r.hi += (double)s + off;
     return r;
