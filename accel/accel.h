@@ -46,7 +46,8 @@ static inline uint32_t accel_tick(uint32_t key, float f) {
 }
 
 // origin + t * dir, tmin < t <= tmax. dir need not be of unit length; t is in units of dir.
-// key in [0, max(n_keys - 2, 0)], f in [0, 1]. Anything not finite (but tmax) is a miss.
+// key in [0, max(n_keys - 2, 0)], f in [0, 1]. Anything not finite (but tmax) is a miss, and so
+// is what is farther away than t = 1e37.
 typedef struct {
     float origin[3], dir[3];
     float tmin, tmax; // tmin may be negative (accel/frame.h)

@@ -21,7 +21,8 @@ static float clamp_distance(float t) {
 }
 
 // Directions from 2^-20 to 2^20 are taken as they are; others by a power of two, which is exact,
-// so that nothing overflows or gets lost.
+// so that nothing overflows or gets lost. Denormal ones are scaled by 2^127 only, which leaves them
+// a little shorter and keeps the power back a float.
 static bool scale_direction(const AccelRay *ray, RayState *state) {
     float largest = fmaxf(fabsf(ray->dir[0]), fmaxf(fabsf(ray->dir[1]), fabsf(ray->dir[2])));
     if (!(largest > 0)) {
@@ -30,14 +31,17 @@ static bool scale_direction(const AccelRay *ray, RayState *state) {
     int e = 0;
     if (largest < 0x1p-20f || largest > 0x1p20f) {
         frexpf(largest, &e);
+        e = e < -127 ? -127 : e;
     }
     for (int i = 0; i < 3; i++) {
         state->o[i] = ray->origin[i];
         state->d[i] = e ? ldexpf(ray->dir[i], -e) : ray->dir[i];
     }
-    state->tn = clamp_distance(e ? ldexpf(ray->tmin, e) : ray->tmin);
-    state->tf = clamp_distance(e ? ldexpf(ray->tmax, e) : ray->tmax);
-    state->unscale = e ? ldexpf(1, -e < 127 ? -e : 127) : 1;
+    // Clamped before as well: distances along the caller's ray must not overflow either.
+    float tn = clamp_distance(ray->tmin), tf = clamp_distance(ray->tmax);
+    state->tn = e ? clamp_distance(ldexpf(tn, e)) : tn;
+    state->tf = e ? clamp_distance(ldexpf(tf, e)) : tf;
+    state->unscale = e ? ldexpf(1, -e) : 1;
     return true;
 }
 

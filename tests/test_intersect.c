@@ -247,6 +247,24 @@ static void intersect_takes_any_length_of_direction(void **state) {
     scene_free(&s);
 }
 
+// So short a direction that what it hits is beyond the largest distance, or just within.
+static void intersect_takes_denormal_directions(void **state) {
+    (void)state;
+    TestScene s = scene_new(GEOMETRY_TRIANGLES, 1, 3, 1);
+    const float corners[9] = {1e-3f, -1, -1, 1e-3f, 1, -1, 1e-3f, 0, 1};
+    memcpy(s.position, corners, sizeof corners);
+    s.index[1] = 1, s.index[2] = 2;
+    Accel *brute = build_brute(&s.geometry);
+    AccelRay ray = {.dir = {0x1p-149f, 0, 0}, .tmax = INFINITY};
+    AccelHit hit;
+    assert_false(closest(brute, &ray, &hit)); // 7e41
+    ray.dir[0] = 0x1p-132f;
+    assert_true(closest(brute, &ray, &hit)); // 5e36
+    assert_true(fabsf(hit.t / ldexpf(1e-3f, 132) - 1) < 1e-6f);
+    brute->type->destroy(brute);
+    scene_free(&s);
+}
+
 static void intersect_never_hits_degenerate(void **state) {
     (void)state;
     // A point, a line of distinct vertices, two equal vertices, and vertices that are no numbers.
@@ -312,6 +330,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(intersect_weights_give_the_point),
     cmocka_unit_test(intersect_refuses_bad_rays),
     cmocka_unit_test(intersect_takes_any_length_of_direction),
+    cmocka_unit_test(intersect_takes_denormal_directions),
     cmocka_unit_test(intersect_never_hits_degenerate),
     cmocka_unit_test(intersect_is_alike_on_all_processors),
 };
