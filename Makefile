@@ -185,7 +185,5 @@ format:
 clean:
 	rm -rf build st4
 
-<<<<<<< HEAD
--include $(patsubst %.o,%.d,$(OBJECTS) $(FUZZ_OBJECTS) $(TESTS) $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o)
-=======
--include $(patsubst %.o,%.d,$(OBJECTS) $(TESTS) $(STABILITY) $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o)
+-include $(patsubst %.o,%.d,$(OBJECTS) $(FUZZ_OBJECTS) $(TESTS) $(STABILITY) \
+    $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o)

@@ -13,7 +13,7 @@
 #include <string.h>
 
 enum {
-    N_BINS = 32,
+    MOST_BINS = 32,
     ASK_BELOW = 16,   // a set so small is cut in time by its own gain alone
     MAX_HALVINGS = 8, // of the whole interval
     MAX_DEPTH = 96    // of splits by cost; beyond it sets are halved
@@ -43,7 +43,7 @@ typedef struct {
 
 typedef struct {
     double cost;
-    int axis, bin;
+    int axis, n_bins, bin;
     float lo, scale;
     uint32_t n_left;
 } Split;
@@ -96,13 +96,14 @@ static float center_of(const Reference *ref, int axis) {
 
 static int bin_of(const Reference *ref, const Split *split) {
     float at = (center_of(ref, split->axis) - split->lo) * split->scale;
-    return at >= N_BINS - 1 ? N_BINS - 1 : at > 0 ? (int)at : 0;
+    return at >= (float)split->n_bins ? split->n_bins - 1 : at > 0 ? (int)at : 0;
 }
 
 static void bin_axis(const Reference *refs, uint32_t n, const Split *trial, Split *best) {
-    MovingBox box[N_BINS];
-    uint32_t count[N_BINS] = {0};
-    for (int i = 0; i < N_BINS; i++) {
+    MovingBox box[MOST_BINS];
+    uint32_t count[MOST_BINS] = {0};
+    int n_bins = trial->n_bins;
+    for (int i = 0; i < n_bins; i++) {
         box[i] = moving_box_empty();
     }
     for (uint32_t i = 0; i < n; i++) {
@@ -110,15 +111,15 @@ static void bin_axis(const Reference *refs, uint32_t n, const Split *trial, Spli
         moving_box_join(&box[k], &refs[i].box);
         count[k]++;
     }
-    double right[N_BINS];
+    double right[MOST_BINS];
     MovingBox sum = moving_box_empty();
-    for (int i = N_BINS - 1; i > 0; i--) {
+    for (int i = n_bins - 1; i > 0; i--) {
         moving_box_join(&sum, &box[i]);
         right[i] = moving_box_area(&sum);
     }
     sum = moving_box_empty();
     uint32_t n_left = 0;
-    for (int i = 0; i + 1 < N_BINS; i++) {
+    for (int i = 0; i + 1 < n_bins; i++) {
         moving_box_join(&sum, &box[i]);
         n_left += count[i];
         if (n_left == 0 || n_left == n) {
@@ -136,6 +137,8 @@ static void bin_axis(const Reference *refs, uint32_t n, const Split *trial, Spli
 
 static Split best_split(const Reference *refs, uint32_t n) {
     Split best = {.cost = INFINITY, .axis = -1};
+    // More bins than things tell nothing more.
+    int n_bins = n < MOST_BINS / 4 ? MOST_BINS / 4 : n < MOST_BINS ? (int)n : MOST_BINS;
     for (int axis = 0; axis < 3; axis++) {
         float lo = INFINITY, hi = -INFINITY;
         for (uint32_t i = 0; i < n; i++) {
@@ -143,7 +146,8 @@ static Split best_split(const Reference *refs, uint32_t n) {
             lo = c < lo ? c : lo;
             hi = c > hi ? c : hi;
         }
-        Split trial = {.axis = axis, .lo = lo, .scale = N_BINS / (hi - lo)};
+        Split trial = {
+            .axis = axis, .n_bins = n_bins, .lo = lo, .scale = (float)n_bins / (hi - lo)};
         if (hi > lo && isfinite(trial.scale)) {
             bin_axis(refs, n, &trial, &best);
         }
