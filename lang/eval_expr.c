@@ -179,10 +179,14 @@ static Value eval_comprehension(Eval *ev, const Env *env, const Node *node) {
     }
     Value *items = NULL;
     size_t n = 0, capacity = 0;
+    // One scope for all items: nothing within an expression outlives it.
+    const Env inside = {env->module, scope_new(ev->arena, env->scope)};
+    Binding *variable = scope_bind(ev->arena, inside.scope, extra[0], BINDING_LOOP);
     for (uint32_t i = 0; i < sequence.n; i++) {
-        Env inside = {env->module, scope_new(ev->arena, env->scope)};
-        scope_bind(ev->arena, inside.scope, extra[0], BINDING_LOOP)->value =
-            sequence_item(ev, &sequence, i);
+        if (!eval_step(ev, env, extra[4])) {
+            return value_poison();
+        }
+        variable->value = sequence_item(ev, &sequence, i);
         bool is_in = true;
         if (extra[3]) {
             Value condition = eval_expr(ev, &inside, extra[3]);
