@@ -147,7 +147,7 @@ $(FUZZ)/%.o: %.c Makefile
 	clang $(FUZZ_CFLAGS) $(if $(findstring _avx2.c,$<),$(ISA_avx2)) -c -o $@ $<
 
 $(FUZZ)/fuzz: $(FUZZ_OBJECTS)
-	clang -fsanitize=fuzzer,$(FUZZ_SANITIZERS) -o $@ $^ -lsleef -lm -ldl
+	clang -fsanitize=fuzzer,$(FUZZ_SANITIZERS) -Wl,--wrap=program_run -o $@ $^ -lsleef -lm -ldl
 
 .PHONY: fuzz
 fuzz: $(FUZZ)/fuzz

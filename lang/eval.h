@@ -55,9 +55,9 @@ typedef struct {
     Symbol *kind_names; // symbols of the nodes' names, by ObjectKind
     double fps;         // > 0 once the film is known; the unit f needs it
     uint64_t steps, max_steps;
-    uint32_t calls, depth;
-    unsigned n_noted;     // errors before the last one whose call was shown
-    uint32_t unroll;      // bit k: the batched loop k must be walked value by value
+    uint32_t calls, depth, n_deep; // n_deep: copies of defs, deep within others
+    unsigned n_noted;              // errors before the last one whose call was shown
+    uint32_t unroll;               // bit k: the batched loop k must be walked value by value
     bool stopped;         // steps or calls ran out: everything is poison until the next statement
     bool reads_film;      // the film is evaluated before everything else: now
     bool has_bad_file;    // an included file could not be parsed

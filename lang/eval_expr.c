@@ -151,7 +151,10 @@ static Value eval_vector(Eval *ev, const Env *env, NodeId id, const Node *node) 
 
 static Value make_list(Eval *ev, const Value *items, size_t n) {
     List *list = ARENA_NEW(ev->arena, List);
-    *list = (List){(uint32_t)n, items};
+    *list = (List){.n = (uint32_t)n, .items = items};
+    for (size_t i = 0; i < n; i++) {
+        list->inputs |= value_inputs(ev->dag, &items[i]);
+    }
     return (Value){.type = VALUE_LIST, .list = list};
 }
 
@@ -176,10 +179,14 @@ static Value eval_comprehension(Eval *ev, const Env *env, const Node *node) {
     }
     Value *items = NULL;
     size_t n = 0, capacity = 0;
+    // One scope for all items: nothing within an expression outlives it.
+    const Env inside = {env->module, scope_new(ev->arena, env->scope)};
+    Binding *variable = scope_bind(ev->arena, inside.scope, extra[0], BINDING_LOOP);
     for (uint32_t i = 0; i < sequence.n; i++) {
-        Env inside = {env->module, scope_new(ev->arena, env->scope)};
-        scope_bind(ev->arena, inside.scope, extra[0], BINDING_LOOP)->value =
-            sequence_item(ev, &sequence, i);
+        if (!eval_step(ev, env, extra[4])) {
+            return value_poison();
+        }
+        variable->value = sequence_item(ev, &sequence, i);
         bool is_in = true;
         if (extra[3]) {
             Value condition = eval_expr(ev, &inside, extra[3]);
@@ -286,6 +293,7 @@ static Value eval_member(Eval *ev, const Env *env, NodeId id, const Node *node) 
 // else a chain of choices. The index holds at the ends.
 static Value index_motion(Eval *ev, const Env *env, NodeId id, const List *list, Ref index) {
     const Value *first = &list->items[0];
+    ev->steps += list->n / 8; // looking at an item is less work than a step
     watch_read(ev, syntax_span(env->module->syntax, id), "the list", index, 0,
                nextafter(list->n, 0));
     for (uint32_t i = 0; i < list->n; i++) {

@@ -223,7 +223,7 @@ static const char *object_label(Eval *ev, const Env *env, Place *place, const Ob
         return label ? arena_printf(ev->arena, "%s%s", place->path, label) : NULL;
     }
     return arena_printf(ev->arena, "%s%s@%u%s", place->path, object->name,
-                        source_place(ev->sources, object->where.lo).line, place->suffix);
+                        source_line(ev->sources, object->where.lo), place->suffix);
 }
 
 static void refuse_args(Eval *ev, const Object *object) {
@@ -315,7 +315,16 @@ static void emit_def(Eval *ev, const Place *place, Object *copy, const Binding *
     object_end(ev, &body);
 }
 
+// Recursion that places itself twice doubles with each level; what is made by hand is not as deep.
+enum { DEEP = 8, MAX_DEEP = 1 << 16 };
+
 static bool enter_def(Eval *ev, Span where) {
+    if (ev->calls >= DEEP && ++ev->n_deep > MAX_DEEP) {
+        eval_error_at(ev, where, "each level of a def that places itself multiplies them",
+                      "more than %d copies of defs are nested more than %d deep", MAX_DEEP, DEEP);
+        ev->stopped = true;
+        return false;
+    }
     if (ev->calls < EVAL_MAX_CALLS) {
         ev->calls++;
         return true;

@@ -176,7 +176,10 @@ Ref eval_equal(Eval *ev, const Value *a, const Value *b) {
         if (a->list->n != b->list->n) {
             return dag_const(ev->dag, 0);
         }
-        for (uint32_t i = 0; i < a->list->n && truth != REF_NONE; i++) {
+        // Lists may share their items, so that a few lines make more of them than can be compared.
+        for (uint32_t i = 0; i < a->list->n && truth != REF_NONE && ev->steps < ev->max_steps;
+             i++) {
+            ev->steps++;
             Ref is_same = eval_equal(ev, &a->list->items[i], &b->list->items[i]);
             truth = is_same == REF_NONE ? REF_NONE : op2(ev, OP_AND, truth, is_same);
         }
@@ -210,6 +213,9 @@ static Value eval_comparison(Eval *ev, const Env *env, NodeId node, Operator op,
                              const Value *b) {
     if (op == OPERATOR_EQ || op == OPERATOR_NE) {
         Ref truth = units_agree(a, b) ? eval_equal(ev, a, b) : REF_NONE;
+        if (ev->steps >= ev->max_steps && !eval_step(ev, env, node)) {
+            return value_poison();
+        }
         if (truth == REF_NONE) {
             return mismatch(ev, env, node, op, a, b);
         }

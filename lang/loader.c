@@ -77,22 +77,35 @@ static void add_file(Loader *loader, const char *path) {
 
 // ---- Reading
 
-// How much to read at first: all of a file whose size is known.
-static size_t first_size(FILE *file) {
+// Of what comes from a pipe or a device, which may have no end.
+enum { STREAM_MAX = 1 << 30 };
+
+// How much to read at first, all of a file whose size is known, and at most. False: it is too
+// large, errno says so.
+static bool find_sizes(FILE *file, size_t *first, size_t *most) {
     struct stat about;
-    bool is_known =
-        fstat(fileno(file), &about) == 0 && S_ISREG(about.st_mode) && about.st_size < UINT32_MAX;
+    bool is_known = fstat(fileno(file), &about) == 0 && S_ISREG(about.st_mode);
+    bool is_fine = !is_known || about.st_size < UINT32_MAX - SOURCE_PADDING;
     // One more, so that its end is seen without growing.
-    return is_known ? (size_t)about.st_size + 1 : 1 << 16;
+    *first = is_known && is_fine ? (size_t)about.st_size + 1 : 1 << 16;
+    *most = is_known ? UINT32_MAX : STREAM_MAX;
+    errno = is_fine ? 0 : EFBIG;
+    return is_fine;
 }
 
 char *loader_read(Arena *arena, const char *path, size_t *size) {
     FILE *file = strcmp(path, "-") == 0 ? stdin : fopen(path, "rb");
     char *text = NULL;
-    size_t n = 0, capacity = 0;
-    while (file && !feof(file) && !ferror(file) && n < UINT32_MAX) {
+    size_t n = 0, capacity = 0, first = 0, most = 0;
+    bool is_read = file && find_sizes(file, &first, &most);
+    while (is_read && !feof(file) && !ferror(file)) {
+        if (n >= most) {
+            is_read = false;
+            errno = EFBIG;
+            break;
+        }
         if (n == capacity) {
-            size_t larger = capacity ? 2 * capacity : first_size(file);
+            size_t larger = capacity ? 2 * capacity : first;
             char *copy = arena_alloc(arena, larger + SOURCE_PADDING);
             if (n) {
                 memcpy(copy, text, n);
@@ -102,7 +115,7 @@ char *loader_read(Arena *arena, const char *path, size_t *size) {
         }
         n += fread(text + n, 1, capacity - n, file);
     }
-    bool is_read = file && !ferror(file);
+    is_read = is_read && !ferror(file);
     int error = errno;
     if (file && file != stdin) {
         fclose(file);
@@ -239,6 +252,17 @@ const char *loader_folder(Eval *ev, const Env *env, const Value *name, size_t i)
                                               : NULL;
 }
 
+// A script names files; a pipe would hold the program until somebody writes to it.
+static bool is_regular(Eval *ev, Span where, const char *path) {
+    struct stat about;
+    if (stat(path, &about) == 0 && S_ISREG(about.st_mode)) {
+        return true;
+    }
+    eval_error_at(ev, where, NULL, "cannot read '%s': it is not a regular file", path);
+    ev->has_failed_file = true;
+    return false;
+}
+
 // The path of a file that a script names; *real gets it with links resolved. NULL: reported.
 static const char *find_file(Eval *ev, const Env *env, NodeId node, const Value *name,
                              const char **real) {
@@ -258,7 +282,7 @@ static const char *find_file(Eval *ev, const Env *env, NodeId node, const Value 
         const char *real_folder = real_path(ev->arena, folder);
         *real = *text && real_folder ? real_path(ev->arena, path) : NULL;
         if (*real && lies_in(*real, real_folder)) {
-            return path;
+            return is_regular(ev, where, path) ? path : NULL;
         }
         is_outside = is_outside || *real;
     }

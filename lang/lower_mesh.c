@@ -231,6 +231,11 @@ static bool subdivide(Eval *ev, Making *m) {
     if (given && given->value.n == 1) {
         dag_is_const(ev->dag, given->value.ref[0], &times);
     }
+    if (m->mesh->n_triangles * pow(4, times) > MESH_MAX_SUBDIVIDED) {
+        eval_error_at(ev, given->where, NULL, "cut %d times, this mesh has more than %d triangles",
+                      (int)times, MESH_MAX_SUBDIVIDED);
+        return false;
+    }
     for (int i = 0; i < times; i++) {
         Mesh *finer = ARENA_NEW(lower_arena(ev), Mesh);
         uint32_t(*parents)[2];

@@ -68,16 +68,25 @@ const SourceFile *source_of(const Sources *sources, uint32_t offset) {
     return NULL;
 }
 
+static uint32_t line_of(const SourceFile *file, uint32_t at) {
+    uint32_t line = file->lines[at / LINE_BLOCK] + 1;
+    for (uint32_t i = at - at % LINE_BLOCK; i < at; i++) {
+        line += file->text[i] == '\n';
+    }
+    return line;
+}
+
+uint32_t source_line(const Sources *sources, uint32_t offset) {
+    const SourceFile *file = source_of(sources, offset);
+    return file ? line_of(file, offset - file->base) : 0;
+}
+
 SourcePlace source_place(const Sources *sources, uint32_t offset) {
     const SourceFile *file = source_of(sources, offset);
     if (!file) {
         return (SourcePlace){0};
     }
     uint32_t at = offset - file->base, start = at;
-    uint32_t line = file->lines[at / LINE_BLOCK] + 1;
-    for (uint32_t i = at - at % LINE_BLOCK; i < at; i++) {
-        line += file->text[i] == '\n';
-    }
     while (start && file->text[start - 1] != '\n') {
         start--;
     }
@@ -86,5 +95,5 @@ SourcePlace source_place(const Sources *sources, uint32_t offset) {
         // Bytes 10xxxxxx go on with a character.
         column += ((unsigned char)file->text[i] & 0xc0) != 0x80;
     }
-    return (SourcePlace){file, line, column};
+    return (SourcePlace){file, line_of(file, at), column};
 }

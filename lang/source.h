@@ -47,6 +47,8 @@ typedef struct {
 } SourcePlace;
 
 SourcePlace source_place(const Sources *sources, uint32_t offset);
+// Its line alone, which is quick to find however long the line is; 0: nowhere.
+uint32_t source_line(const Sources *sources, uint32_t offset);
 
 static inline Span span_join(Span a, Span b) {
     return (Span){a.lo < b.lo ? a.lo : b.lo, a.hi > b.hi ? a.hi : b.hi};

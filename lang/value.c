@@ -72,10 +72,7 @@ uint32_t value_inputs(const Dag *dag, const Value *value) {
     case VALUE_MATERIAL:
         return refs_inputs(dag, value->material->ref, value->material->n);
     case VALUE_LIST:
-        for (uint32_t i = 0; i < value->list->n; i++) {
-            inputs |= value_inputs(dag, &value->list->items[i]);
-        }
-        return inputs;
+        return value->list->inputs;
     case VALUE_RANGE:
         inputs = dag_inputs(dag, value->range->low) | dag_inputs(dag, value->range->high);
         return value->range->step == REF_NONE ? inputs

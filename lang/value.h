@@ -37,7 +37,7 @@ typedef struct Value Value;
 typedef struct Closure Closure; // lang/eval.h
 
 typedef struct {
-    uint32_t n;
+    uint32_t n, inputs; // inputs: that its items read
     const Value *items;
 } List;
 

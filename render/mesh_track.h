@@ -13,7 +13,7 @@ void track_run(const VertexTrack *track, double seconds, const uint32_t *which, 
 // their numbers, those of the middles follow; normals and texture coordinates are halfway between
 // those of the ends. parents: of new vertex k, of all n_vertices + k, the two ends; from the arena.
 // False: over MESH_MAX_SUBDIVIDED vertices or triangles.
-enum { MESH_MAX_SUBDIVIDED = 1 << 28 };
+enum { MESH_MAX_SUBDIVIDED = 1 << 24 };
 bool mesh_subdivide(Arena *arena, const Mesh *mesh, Mesh *finer, uint32_t (**parents)[2]);
 
 // The track of the finer mesh: middles stay in the middle.

@@ -3,7 +3,7 @@
 // between poisoned bytes, so that the address sanitizer sees what goes beyond it, or comes back to
 // an arena that was freed. Memory is used again, the longest free first, so that executions cost no
 // system calls.
-#include "accel/arena.h"
+#include "tests/fuzz/fuzz_arena.h"
 
 #include <sanitizer/asan_interface.h>
 #include <sanitizer/lsan_interface.h>
@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/fuzz/fuzz_arena.h"
+#include "accel/arena.h"
 
 struct ArenaChunk {
     ArenaChunk *next;     // of its arena, or of the free ones

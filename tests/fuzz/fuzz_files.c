@@ -219,6 +219,13 @@ char *fuzz_realpath(const char *path, char *to) {
     return keep(strdup(clean), LIVE_MEMORY);
 }
 
+int fuzz_stat(const char *path, struct stat *about) {
+    const FuzzFile *file = find(path);
+    *about = (struct stat){.st_mode = S_IFREG, .st_size = file ? (off_t)file->size : 0};
+    errno = file ? 0 : ENOENT;
+    return file ? 0 : -1;
+}
+
 FILE *fuzz_fopen(const char *path, const char *mode) {
     const FuzzFile *file = find(path);
     if (*mode != 'r' || strchr(mode, '+')) {

@@ -8,10 +8,12 @@
 #include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 
 extern FILE *fuzz_reports;
 
 char *fuzz_realpath(const char *path, char *to);
+int fuzz_stat(const char *path, struct stat *about);
 FILE *fuzz_fopen(const char *path, const char *mode);
 int fuzz_fclose(FILE *file);
 DIR *fuzz_opendir(const char *path);
@@ -23,16 +25,17 @@ void *fuzz_realloc(void *memory, size_t size);
 void fuzz_free(void *memory);
 
 #ifndef FUZZ_NO_REDIRECT
-#define realpath fuzz_realpath
-#define fopen    fuzz_fopen
-#define fclose   fuzz_fclose
-#define opendir  fuzz_opendir
-#define readdir  fuzz_readdir
-#define closedir fuzz_closedir
-#define malloc   fuzz_malloc
-#define calloc   fuzz_calloc
-#define realloc  fuzz_realloc
-#define free     fuzz_free
+#define realpath          fuzz_realpath
+#define stat(path, about) fuzz_stat(path, about)
+#define fopen             fuzz_fopen
+#define fclose            fuzz_fclose
+#define opendir           fuzz_opendir
+#define readdir           fuzz_readdir
+#define closedir          fuzz_closedir
+#define malloc            fuzz_malloc
+#define calloc            fuzz_calloc
+#define realloc           fuzz_realloc
+#define free              fuzz_free
 #undef stderr
 #define stderr fuzz_reports
 #endif
