@@ -140,8 +140,9 @@ SPECIALISED void test_spheres(Trace *tr, uint32_t index, bool is_moving) {
     Lanes radius = row_at(tr, key, 3, is_moving);
     Lanes room = lanes_fma(size, lanes_all(0x1p-18f), radius);
     Lanes far = lanes_fma(room, room, lanes_all(1e-30f));
-    // What overflows is NaN, and passes.
-    uint32_t near = ~lanes_le(far, square) & lanes_le(lanes_all(0), radius);
+    // Squares overflow first, to infinity, which passes.
+    uint32_t near = ~lanes_le(far, lanes_min(square, lanes_all(0x1.fffffep127f)));
+    near &= lanes_le(lanes_all(0), radius);
     tr->n_tests += CLUSTER_LANES;
     for (; near; near &= near - 1) {
         intersect_sphere(ray, cluster->prim[__builtin_ctz(near)], tr->nearest);
