@@ -31,21 +31,23 @@ void moving_box_join(MovingBox *box, const MovingBox *other) {
     }
 }
 
-static double half_area(const double e[3]) {
-    return e[0] * e[1] + e[1] * e[2] + e[2] * e[0];
-}
-
+// Of Simpson's three heights the middle one is at the mean of the edges, so the half areas of the
+// ends and the products between them say all: (2 A0 + 2 A1 + M) / 6, with M the mixed products.
 double moving_box_area(const MovingBox *box) {
-    double e0[3], e1[3], em[3];
+    double e0[3], e1[3];
     for (int a = 0; a < 3; a++) {
         e0[a] = (double)box->hi0[a] - box->lo0[a];
         e1[a] = (double)box->hi1[a] - box->lo1[a];
-        if (!(e0[a] >= 0)) {
-            return 0;
-        }
-        em[a] = 0.5 * (e0[a] + e1[a]);
     }
-    return (half_area(e0) + 4 * half_area(em) + half_area(e1)) / 6;
+    if (!(e0[0] >= 0 && e0[1] >= 0 && e0[2] >= 0)) {
+        return 0;
+    }
+    double sum = 0;
+    for (int a = 0; a < 3; a++) {
+        int b = a == 2 ? 0 : a + 1;
+        sum += 2 * (e0[a] * e0[b] + e1[a] * e1[b]) + e0[a] * e1[b] + e1[a] * e0[b];
+    }
+    return sum / 6;
 }
 
 // The box of a cluster at a tick: of the key, or between two keys the linear mix, which bounds
