@@ -16,6 +16,7 @@
 
 enum {
     EVAL_MAX_CALLS = 256,      // nested calls of functions and defs
+    EVAL_DEEP = 8,             // that many of them within each other are recursion
     EVAL_MAX_DEPTH = 3000,     // nested expressions and blocks: the C stack's bound
     EVAL_MAX_LOOPS = 4,        // batched loops around a shape
     EVAL_MAX_ITEMS = 1 << 24,  // of a list or of all batched loops around a shape

@@ -46,7 +46,9 @@ bool eval_step(Eval *ev, const Env *env, NodeId node) {
         ev->stopped = true;
         return false;
     }
-    if (++ev->steps > ev->max_steps) {
+    // What recursion doubles with each level is refused sooner than what loops say.
+    ev->steps += ev->calls > EVAL_DEEP ? 4 : 1;
+    if (ev->steps > ev->max_steps) {
         eval_error(ev, env, node, "loops and recursion are carried out while the scene is loaded",
                    "evaluating this scene takes more than %llu steps",
                    (unsigned long long)ev->max_steps);

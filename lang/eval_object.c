@@ -316,12 +316,13 @@ static void emit_def(Eval *ev, const Place *place, Object *copy, const Binding *
 }
 
 // Recursion that places itself twice doubles with each level; what is made by hand is not as deep.
-enum { DEEP = 8, MAX_DEEP = 1 << 16 };
+enum { MAX_DEEP = 1 << 16 };
 
 static bool enter_def(Eval *ev, Span where) {
-    if (ev->calls >= DEEP && ++ev->n_deep > MAX_DEEP) {
+    if (ev->calls >= EVAL_DEEP && ++ev->n_deep > MAX_DEEP) {
         eval_error_at(ev, where, "each level of a def that places itself multiplies them",
-                      "more than %d copies of defs are nested more than %d deep", MAX_DEEP, DEEP);
+                      "more than %d copies of defs are nested more than %d deep", MAX_DEEP,
+                      EVAL_DEEP);
         ev->stopped = true;
         return false;
     }

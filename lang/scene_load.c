@@ -315,7 +315,11 @@ bool scene_eval_times(LoadedScene *loaded, Arena *arena, const char *origin, con
         return false;
     }
     double *seconds = ARENA_ARRAY(arena, sequence.n, double);
-    for (uint32_t i = 0; i < sequence.n; i++) {
+    bool is_known = !sequence.items && sequence.numbers && sequence.type == VALUE_NUMBER;
+    if (is_known) { // without a node of the graph for each
+        memcpy(seconds, sequence.numbers, sequence.n * sizeof *seconds);
+    }
+    for (uint32_t i = 0; i < sequence.n && !is_known; i++) {
         Value item = sequence_item(ev, &sequence, i);
         if (!is_time(&item)) {
             eval_error(ev, &env, node, "write 1.5s, 36f, 0..2 by 0.1",
