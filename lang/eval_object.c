@@ -251,7 +251,7 @@ static void finish_node(Eval *ev, const Env *env, const Place *place, Object *ob
         return;
     }
     eval_emit(ev, &object->env, &within, parts->block, false, object->name);
-    if (ev->unroll) {
+    if (ev->unroll || ev->stopped) {
         return;
     }
     const char *label = object_label(ev, env, &within, object, parts);

@@ -567,7 +567,14 @@ Value eval_default(Eval *ev, PropertyId id) {
         const char *origin = arena_printf(ev->arena, "default of %s", info->name);
         NodeId node = loader_parse_expr(ev, origin, info->default_text, &module);
         const Env env = {module, ev->predefined};
+        // Defaults are short: they are there even where the script ran out of what it may do.
+        const Eval before = *ev;
+        ev->steps = ev->depth = 0;
+        ev->stopped = false;
         value = node ? eval_expr(ev, &env, node) : value;
+        ev->steps = before.steps;
+        ev->depth = before.depth;
+        ev->stopped = before.stopped;
     }
     if (!ev->unroll && !ev->stopped) {
         loader->has_default[id] = true;

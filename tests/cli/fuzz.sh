@@ -4,7 +4,7 @@
 # STRESS=1 in the environment: 10 million executions instead of 100,000.
 
 test_bugs_stay_mended() {
-    (cd "$ROOT" && build/fuzz/fuzz -timeout=1 -rss_limit_mb=512 tests/bugs/* tests/fuzz/corpus/*) \
+    (cd "$ROOT" && build/fuzz/fuzz -timeout=20 -rss_limit_mb=512 tests/bugs/* tests/fuzz/corpus/*) \
         >output 2>&1 || fail "$(tail -n 60 output)"
 }
 

@@ -6,13 +6,15 @@
 //   reports are no JSON with --diag json, or hold control characters without,
 //   a scene comes with errors, or none without, or holds what render/scene.h rules out,
 //   programs give other bits one by one than together,
-//   memory or files are not given back.
+//   memory or files are not given back,
+//   it takes more than a second of the processor (libFuzzer's own clock counts the waiting too).
 #define FUZZ_NO_REDIRECT
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "lang/format.h"
 #include "lang/scene_load.h"
@@ -351,7 +353,14 @@ static void check_load(const FuzzFile *files, size_t n, unsigned variant) {
     arena_free(&arena);
 }
 
+static double seconds(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return (double)now.tv_sec + (double)now.tv_nsec * 1e-9;
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    const double start = seconds();
     const FuzzFile *files;
     unsigned variant = 0;
     for (size_t i = 0; i < size; i++) {
@@ -370,6 +379,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     size_t n_open = fuzz_files_end(), n_blocks = fuzz_arena_reclaim();
     if (is_whole && (n_open || n_blocks)) {
         fail("%zu blocks and files, %zu pieces of arenas are not given back", n_open, n_blocks);
+    }
+    if (seconds() - start > 1) {
+        fail("it takes %.3f s", seconds() - start);
     }
     return 0;
 }
