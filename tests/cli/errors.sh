@@ -130,14 +130,14 @@ test_default_names_of_pictures() {
 
 test_interrupt_keeps_finished_pictures() {
     echo 'sphere { translate <t/100, 0, 0> }' >long.st4
-    # timeout passes the request to end on; a shell's background jobs ignore interrupts.
+    # A shell's background jobs ignore interrupts; timeout does not, and passes them on.
     timeout --preserve-status -s INT 100 "$ST4" long.st4 -f 1-50000 --size 32x32 -s 16 \
         -o long.####.exr 2>.err &
     local pid=$! status
     until [ -e long.0002.exr ] || ! kill -0 $pid; do
         sleep 0.1
     done
-    kill -TERM $pid
+    kill -INT $pid
     wait $pid
     status=$?
     [ $status = 130 ] || fail "exit status $status instead of 130: $(cat .err)"
