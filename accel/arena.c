@@ -2,7 +2,6 @@
 // Arenas: chunked bump allocation.
 #include "accel/arena.h"
 
-#include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -49,10 +48,6 @@ static void *system_alloc(size_t size) {
 static void add_chunk(Arena *arena, size_t size) {
     size_t chunk = arena->reserved < CHUNK_FIRST ? CHUNK_FIRST : arena->reserved;
     chunk = chunk > CHUNK_LAST ? CHUNK_LAST : chunk;
-    if (size > SIZE_MAX / 2) {
-        exhausted(size, arena->limit);
-        abort();
-    }
     if (size + 2 * HEADER > chunk) {
         chunk = size + 2 * HEADER;
     }
@@ -84,6 +79,10 @@ static void *take(ArenaChunk *c, size_t size, size_t align) {
 
 void *arena_alloc(Arena *arena, size_t size) {
     size_t align = size >= 64 ? 64 : 16;
+    if (size > SIZE_MAX / 2) {
+        exhausted(size, arena->limit);
+        abort();
+    }
     void *p = arena->chunk ? take(arena->chunk, size, align) : NULL;
     if (!p) {
         add_chunk(arena, size);
@@ -91,45 +90,6 @@ void *arena_alloc(Arena *arena, size_t size) {
     }
     arena->used += size;
     return p;
-}
-
-void *arena_array(Arena *arena, size_t n, size_t size) {
-    if (size && n > SIZE_MAX / size) {
-        exhausted(SIZE_MAX, arena->limit);
-        abort();
-    }
-    return arena_alloc(arena, n * size);
-}
-
-char *arena_string(Arena *arena, const char *s, size_t n) {
-    char *copy = arena_alloc(arena, n + 1);
-    memcpy(copy, s, n);
-    return copy;
-}
-
-char *arena_printf(Arena *arena, const char *format, ...) {
-    va_list args;
-    va_start(args, format);
-    int n = vsnprintf(NULL, 0, format, args);
-    va_end(args);
-    char *s = arena_alloc(arena, (size_t)(n < 0 ? 0 : n) + 1);
-    va_start(args, format);
-    vsnprintf(s, (size_t)(n < 0 ? 0 : n) + 1, format, args);
-    va_end(args);
-    return s;
-}
-
-void *arena_grow(Arena *arena, void *array, size_t n, size_t *capacity, size_t size) {
-    if (n < *capacity) {
-        return array;
-    }
-    size_t larger = *capacity ? *capacity * 2 : 8;
-    void *copy = arena_array(arena, larger, size);
-    if (n) {
-        memcpy(copy, array, n * size);
-    }
-    *capacity = larger;
-    return copy;
 }
 
 void arena_free(Arena *arena) {

@@ -54,7 +54,7 @@ static bool weld(ClusterBuilder *b) {
         return false;
     }
     memset(table, 0xff, size * sizeof *table);
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) num_threads(b->n_threads)
     for (uint32_t v = 0; v < g->n_vertices; v++) {
         b->welded[v] = (uint32_t)hash_vertex(g, v);
     }
@@ -84,18 +84,14 @@ static int corners_of(const Geometry *g, uint32_t prim, uint32_t corner[3]) {
 }
 
 // What is not finite bounds nothing: such a primitive is never hit there.
-static bool grow(float lo[3], float hi[3], const float *p, float radius) {
-    bool is_finite = true;
+static void grow(float lo[3], float hi[3], const float *p, float radius) {
     for (int a = 0; a < 3; a++) {
         float low = p[a] - radius, high = p[a] + radius;
         if (isfinite(low) && isfinite(high)) {
             lo[a] = least(lo[a], low);
             hi[a] = most(hi[a], high);
-        } else {
-            is_finite = false;
         }
     }
-    return is_finite;
 }
 
 static float radius_at(const Geometry *g, uint32_t key, uint32_t vertex) {
@@ -119,26 +115,24 @@ static ProbeBox probe_slowly(const Geometry *g, const uint32_t *corner, int n, u
     return (ProbeBox){_mm_loadu_ps(lo), _mm_loadu_ps(hi)};
 }
 
-void cluster_probe(const ClusterBuilder *b, uint32_t prim, ProbeBox *boxes) {
+ProbeBox cluster_probe(const ClusterBuilder *b, uint32_t prim, uint32_t probe) {
     const Geometry *g = b->geometry;
     uint32_t corner[3], last = b->n_probes > 1 ? b->n_probes - 1 : 1;
+    uint32_t key = (uint32_t)((uint64_t)(g->n_keys - 1) * probe / last);
     int n = corners_of(g, prim, corner);
-    for (uint32_t k = 0; k < b->n_probes; k++) {
-        uint32_t key = (uint32_t)((uint64_t)(g->n_keys - 1) * k / last);
-        __m128 lo = _mm_set1_ps(INFINITY), hi = _mm_set1_ps(-INFINITY), sum = _mm_setzero_ps();
-        for (int c = 0; c < n; c++) {
-            const float *p = g->position + ((size_t)key * g->n_vertices + corner[c]) * 3;
-            __m128 at = _mm_setr_ps(p[0], p[1], p[2], 0);
-            __m128 radius = _mm_set1_ps(g->radius ? radius_at(g, key, corner[c]) : 0);
-            lo = _mm_min_ps(lo, _mm_sub_ps(at, radius));
-            hi = _mm_max_ps(hi, _mm_add_ps(at, radius));
-            sum = _mm_add_ps(sum, _mm_add_ps(at, radius));
-        }
-        // 0 times what is not finite is NaN.
-        __m128 zero = _mm_mul_ps(sum, _mm_setzero_ps());
-        bool is_finite = _mm_movemask_ps(_mm_cmpunord_ps(zero, zero)) == 0;
-        boxes[k] = is_finite ? (ProbeBox){lo, hi} : probe_slowly(g, corner, n, key);
+    __m128 lo = _mm_set1_ps(INFINITY), hi = _mm_set1_ps(-INFINITY), sum = _mm_setzero_ps();
+    for (int c = 0; c < n; c++) {
+        const float *p = g->position + ((size_t)key * g->n_vertices + corner[c]) * 3;
+        __m128 at = _mm_setr_ps(p[0], p[1], p[2], 0);
+        __m128 radius = _mm_set1_ps(radius_at(g, key, corner[c]));
+        lo = _mm_min_ps(lo, _mm_sub_ps(at, radius));
+        hi = _mm_max_ps(hi, _mm_add_ps(at, radius));
+        sum = _mm_add_ps(sum, _mm_add_ps(at, radius));
     }
+    // 0 times what is not finite is NaN.
+    __m128 zero = _mm_mul_ps(sum, _mm_setzero_ps());
+    bool is_finite = _mm_movemask_ps(_mm_cmpunord_ps(zero, zero)) == 0;
+    return is_finite ? (ProbeBox){lo, hi} : probe_slowly(g, corner, n, key);
 }
 
 static void fill_cluster(const ClusterBuilder *b, Cluster *cluster, const uint32_t *prims,
@@ -177,7 +171,7 @@ static bool fill_clusters(const ClusterBuilder *b, ClusterSet *set) {
         for (uint32_t i = 0, c = 0; i < n_prims; i += b->size_at[i]) {
             first[c++] = i;
         }
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) num_threads(b->n_threads)
         for (uint32_t c = 0; c < set->n_clusters; c++) {
             fill_cluster(b, &set->clusters[c], b->order + first[c], b->size_at[first[c]]);
         }
@@ -232,7 +226,7 @@ static void fill_key(ClusterSet *set, uint32_t c, uint32_t key, float pad) {
     }
 }
 
-static bool fill_keys(ClusterSet *set) {
+static bool fill_keys(ClusterSet *set, int n_threads) {
     const Geometry *g = set->geometry;
     size_t n_rows = (size_t)set->n_clusters * g->n_keys;
     set->n_rows = g->kind == GEOMETRY_SPHERES ? 4 : 3;
@@ -243,7 +237,7 @@ static bool fill_keys(ClusterSet *set) {
         return false;
     }
     float pad = padding(g);
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) num_threads(n_threads)
     for (uint32_t c = 0; c < set->n_clusters; c++) {
         for (uint32_t key = 0; key < g->n_keys; key++) {
             fill_key(set, c, key, pad);
@@ -272,16 +266,25 @@ static bool build(ClusterBuilder *b, ClusterSet *set) {
     if (!b->boxes || !b->order || !b->size_at || (g->kind == GEOMETRY_TRIANGLES && !weld(b))) {
         return false;
     }
-    return cluster_cut(b) && fill_clusters(b, set) && fill_keys(set);
+    return cluster_cut(b) && fill_clusters(b, set) && fill_keys(set, b->n_threads);
 }
 
-ClusterSet *cluster_build(const Geometry *g) {
+size_t cluster_work_bytes(const Geometry *g) {
+    size_t n_probes = g->n_keys > 1 ? MOST_PROBES : 1;
+    size_t grid = g->n_prims < GROUPED_FROM ? 0 : (GRID_CELLS + 1) * sizeof(uint32_t);
+    // Beside the boxes order, codes, sizes and where groups and clusters begin; a vertex has its
+    // place in the table of hashes, of which less than three quarters stay empty.
+    return (size_t)g->n_prims * (n_probes * sizeof(ProbeBox) + 16) + (size_t)g->n_vertices * 20 +
+           grid;
+}
+
+ClusterSet *cluster_build(const Geometry *g, uint32_t n_threads) {
     ClusterSet *set = calloc(1, sizeof *set);
     if (!set) {
         return NULL;
     }
     set->geometry = g;
-    ClusterBuilder b = {.geometry = g};
+    ClusterBuilder b = {.geometry = g, .n_threads = (int)n_threads};
     bool is_built = build(&b, set);
     builder_free(&b);
     if (!is_built) {

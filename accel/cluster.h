@@ -31,12 +31,13 @@ typedef struct {
     float *keys;  // [n_clusters][n_keys][n_rows][16], 64-byte aligned
     float *boxes; // [n_clusters][n_keys][6] lo, hi of each key, padded; needed by the build only
     size_t bytes; // of clusters and keys
-    uint64_t n_dropped; // primitives that are not finite at some key
 } ClusterSet;
 
 // By surface area from the top down (accel/cluster.c). All memory is the set's own.
 // NULL: no memory.
-ClusterSet *cluster_build(const Geometry *geometry);
+ClusterSet *cluster_build(const Geometry *geometry, uint32_t n_threads);
+// What it takes beside its result while it works, at most.
+size_t cluster_work_bytes(const Geometry *geometry);
 void cluster_drop_boxes(ClusterSet *set);
 void cluster_destroy(ClusterSet *set);
 

@@ -13,8 +13,6 @@
 #include <string.h>
 
 enum {
-    GRID_BITS = 6, // of a coordinate in the grid
-    GROUP = 4096,  // primitives that are cut together, at least; by one thread
     MOST_BINS = 32,
     SWEEP_BELOW = 128, // sets up to this size are sorted and swept, larger ones binned
     VERTEX_ROOM = 13   // distinct vertices that a cluster is expected to hold, of 16
@@ -346,28 +344,27 @@ static void cut(const ClusterBuilder *b, uint32_t first, uint32_t n) {
 
 // -- groups ---------------------------------------------------------------------------------------
 
-// The code of a cell of the grid: bits of x, y, z in turn (Morton order), so that cells whose codes
-// are near each other mostly lie near each other.
-static uint32_t interleave(uint32_t x, uint32_t y, uint32_t z) {
+// Cells are numbered by the bits of x, y, z in turn (Morton order), so that those whose numbers are
+// near each other mostly lie near each other. This is one coordinate's share.
+static uint32_t spread_bits(uint32_t x) {
     uint32_t code = 0;
     for (int bit = 0; bit < GRID_BITS; bit++) {
-        uint32_t at = (x >> bit & 1) << 2 | (y >> bit & 1) << 1 | (z >> bit & 1);
-        code |= at << 3 * bit;
+        code |= (x >> bit & 1) << 3 * bit;
     }
     return code;
 }
 
+// Of the cells in which primitives have their centres, at the middle probe.
 static void find_codes(const ClusterBuilder *b, uint32_t *codes) {
-    uint32_t n = b->geometry->n_prims, k = b->n_probes;
+    uint32_t n = b->geometry->n_prims, middle = b->n_probes / 2;
     __m128 lo = _mm_set1_ps(INFINITY), hi = _mm_set1_ps(-INFINITY);
-#pragma omp parallel
+#pragma omp parallel num_threads(b->n_threads)
     {
         __m128 own_lo = _mm_set1_ps(INFINITY), own_hi = _mm_set1_ps(-INFINITY);
 #pragma omp for schedule(static)
         for (uint32_t i = 0; i < n; i++) {
-            ProbeBox box[MOST_PROBES];
-            cluster_probe(b, i, box);
-            __m128 c = center_of(box, k);
+            ProbeBox box = cluster_probe(b, i, middle);
+            __m128 c = center_of(&box, 1);
             own_lo = _mm_min_ps(own_lo, c);
             own_hi = _mm_max_ps(own_hi, c);
         }
@@ -381,14 +378,13 @@ static void find_codes(const ClusterBuilder *b, uint32_t *codes) {
     __m128 scale = scale_of(lo, hi, _mm_set1_ps(1 << GRID_BITS));
     uint32_t spread[1 << GRID_BITS];
     for (uint32_t i = 0; i < 1 << GRID_BITS; i++) {
-        spread[i] = interleave(0, 0, i);
+        spread[i] = spread_bits(i);
     }
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) num_threads(b->n_threads)
     for (uint32_t i = 0; i < n; i++) {
-        ProbeBox box[MOST_PROBES];
         int at[4];
-        cluster_probe(b, i, box);
-        _mm_storeu_si128((__m128i *)(void *)at, bins_of(box, k, lo, scale, last));
+        ProbeBox box = cluster_probe(b, i, middle);
+        _mm_storeu_si128((__m128i *)(void *)at, bins_of(&box, 1, lo, scale, last));
         codes[i] = spread[at[0]] << 2 | spread[at[1]] << 1 | spread[at[2]];
     }
 }
@@ -396,10 +392,9 @@ static void find_codes(const ClusterBuilder *b, uint32_t *codes) {
 // Puts primitives in the order of the cells of a grid over the middle key and returns where groups
 // of about GROUP of them begin, n_groups + 1 places. NULL: no memory.
 static uint32_t *group(ClusterBuilder *b, uint32_t *n_groups) {
-    enum { N_CELLS = 1 << 3 * GRID_BITS };
     uint32_t n = b->geometry->n_prims;
     uint32_t *codes = malloc(n * sizeof *codes);
-    uint32_t *first = calloc(N_CELLS + 1, sizeof *first);
+    uint32_t *first = calloc(GRID_CELLS + 1, sizeof *first);
     uint32_t *groups = malloc((n / GROUP + (size_t)2) * sizeof *groups);
     bool is_there = codes && first && groups;
     if (is_there) {
@@ -409,7 +404,7 @@ static uint32_t *group(ClusterBuilder *b, uint32_t *n_groups) {
         }
         *n_groups = 0;
         groups[0] = 0;
-        for (uint32_t cell = 0; cell < N_CELLS; cell++) {
+        for (uint32_t cell = 0; cell < GRID_CELLS; cell++) {
             if (first[cell] - groups[*n_groups] >= GROUP) {
                 groups[++*n_groups] = first[cell];
             }
@@ -430,7 +425,9 @@ static uint32_t *group(ClusterBuilder *b, uint32_t *n_groups) {
 
 static void cut_group(const ClusterBuilder *b, uint32_t first, uint32_t n) {
     for (uint32_t i = first; i < first + n; i++) {
-        cluster_probe(b, b->order[i], &b->boxes[(size_t)i * b->n_probes]);
+        for (uint32_t k = 0; k < b->n_probes; k++) {
+            b->boxes[(size_t)i * b->n_probes + k] = cluster_probe(b, b->order[i], k);
+        }
     }
     if (n) {
         cut(b, first, n);
@@ -439,7 +436,7 @@ static void cut_group(const ClusterBuilder *b, uint32_t first, uint32_t n) {
 
 bool cluster_cut(ClusterBuilder *b) {
     uint32_t n = b->geometry->n_prims;
-    if (n < 2 * GROUP) {
+    if (n < GROUPED_FROM) {
         for (uint32_t i = 0; i < n; i++) {
             b->order[i] = i;
         }
@@ -450,7 +447,7 @@ bool cluster_cut(ClusterBuilder *b) {
     if (!groups) {
         return false;
     }
-#pragma omp parallel for schedule(dynamic)
+#pragma omp parallel for schedule(dynamic) num_threads(b->n_threads)
     for (uint32_t i = 0; i < n_groups; i++) {
         cut_group(b, groups[i], groups[i + 1] - groups[i]);
     }

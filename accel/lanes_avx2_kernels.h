@@ -196,16 +196,7 @@ static inline uint32_t lanes_sort(Lanes t, uint32_t mask, const uint32_t *child,
     if (n > 8) {
         float all[16] __attribute__((aligned(64)));
         lanes_store(all, t);
-        for (uint32_t count = 0; mask; mask &= mask - 1, count++) {
-            uint32_t lane = (uint32_t)__builtin_ctz(mask), at = count;
-            for (; at > 0 && to_t[at - 1] < all[lane]; at--) {
-                to_t[at] = to_t[at - 1];
-                to_child[at] = to_child[at - 1];
-            }
-            to_t[at] = all[lane];
-            to_child[at] = child[lane];
-        }
-        return to_child[n - 1];
+        return lanes_insert(all, mask, child, to_t, to_child);
     }
     // The four lowest bits of a distance give way to its lane's number.
     __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), rest = _mm256_set1_epi32(15);

@@ -8,6 +8,22 @@
 
 #include <stdint.h>
 
+// lanes_sort() one by one: by insertion.
+static inline uint32_t lanes_insert(const float t[16], uint32_t mask, const uint32_t *child,
+                                    float *to_t, uint32_t *to_child) {
+    uint32_t count = 0;
+    for (; mask; mask &= mask - 1, count++) {
+        uint32_t lane = (uint32_t)__builtin_ctz(mask), at = count;
+        for (; at > 0 && to_t[at - 1] < t[lane]; at--) {
+            to_t[at] = to_t[at - 1];
+            to_child[at] = to_child[at - 1];
+        }
+        to_t[at] = t[lane];
+        to_child[at] = child[lane];
+    }
+    return to_child[count - 1];
+}
+
 #ifdef __AVX2__
 #include "accel/lanes_avx2_kernels.h"
 #else
@@ -115,17 +131,7 @@ static inline void lanes_pack(const uint32_t *child, uint32_t mask, uint32_t *to
 // caller allows for. Returns the child of the nearest.
 static inline uint32_t lanes_sort(Lanes t, uint32_t mask, const uint32_t *child, float *to_t,
                                   uint32_t *to_child) {
-    uint32_t count = 0;
-    for (; mask; mask &= mask - 1, count++) {
-        uint32_t lane = (uint32_t)__builtin_ctz(mask), at = count;
-        for (; at > 0 && to_t[at - 1] < t.v[lane]; at--) {
-            to_t[at] = to_t[at - 1];
-            to_child[at] = to_child[at - 1];
-        }
-        to_t[at] = t.v[lane];
-        to_child[at] = child[lane];
-    }
-    return to_child[count - 1];
+    return lanes_insert(t.v, mask, child, to_t, to_child);
 }
 
 #endif

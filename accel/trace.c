@@ -4,14 +4,15 @@
 #define TRACE_NAME    "scalar"
 #include "accel/trace_body.h"
 
+#include "accel/cpu.h"
+
 #include <string.h>
 
 // The one mutable global of this folder: set at the start of the program.
 static const TraceKernels *chosen;
 
 static bool is_supported(const TraceKernels *kernels) {
-    return kernels == &trace_scalar ||
-           (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"));
+    return kernels == &trace_scalar || cpu_has_avx2();
 }
 
 // Best first.

@@ -99,10 +99,7 @@ static size_t expected_bytes(const Geometry *g) {
     size_t clusters = (size_t)g->n_prims / FILL + 2;
     size_t keys = g->n_keys * (4 * CLUSTER_LANES + 6) * sizeof(float);
     size_t reference = 2 * sizeof(BinaryNode) + 200 + sizeof(WideNode) / 4;
-    // Boxes, order and codes of primitives; welding; the grid; the binary tree's first nodes.
-    size_t boxes = g->n_keys > 1 ? 96 : 32;
-    size_t work = (size_t)g->n_prims * (boxes + 16) + (size_t)g->n_vertices * 20 +
-                  (g->n_prims >= 2048 ? (size_t)1 << 20 : 0) + 1024 * sizeof(BinaryNode);
+    size_t work = cluster_work_bytes(g) + BINARY_FIRST * sizeof(BinaryNode);
     size_t tree = (g->n_keys > 1 ? COPIES : 1) * reference;
     return work + clusters * (sizeof(Cluster) + keys + tree) + sizeof(WideTree);
 }
@@ -126,7 +123,7 @@ Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelSt
     wide->closest = has_avx2 ? wide_closest_avx2 : wide_closest_scalar;
     wide->occluded = has_avx2 ? wide_occluded_avx2 : wide_occluded_scalar;
     double start = seconds_now();
-    wide->set = cluster_build(geometry);
+    wide->set = cluster_build(geometry, options->n_threads);
     double middle = seconds_now();
     if (!wide->set || !build_tree(wide, stats)) {
         wide_destroy(&wide->base);

@@ -78,7 +78,9 @@ static inline WideBoxes *wide_boxes(const WideTree *tree, bool is_moving, uint32
     return is_moving ? &((WideNode *)tree->nodes)[index].at : &((WideBoxes *)tree->nodes)[index];
 }
 
-// The binary tree that is collapsed (accel/wide_build.c).
+// The binary tree that is collapsed (accel/wide_build.c), with room for so many nodes at first.
+enum { BINARY_FIRST = 1024 };
+
 typedef struct {
     MovingBox box; // over ticks [tick0, tick1]
     uint32_t tick0, tick1;

@@ -19,7 +19,7 @@ enum { STACK_SIZE = 2048 + WIDE_LANES };
 // Flags such as is_moving are constants of each use, so every kernel exists once for each case.
 #define SPECIALISED static inline __attribute__((always_inline))
 
-// What a ray needs on its way, ready for use: axes in the order kx, ky, kz of the shear.
+// What a ray needs on its way, ready for use.
 typedef struct {
     const WideTree *tree;
     const RayState *ray;

@@ -169,7 +169,7 @@ static void partition(Reference *refs, uint32_t n, const Split *split) {
 
 static uint32_t new_node(BinaryTree *tree) {
     if (tree->n == tree->capacity) {
-        uint32_t larger = tree->capacity ? tree->capacity * 2 : 1024;
+        uint32_t larger = tree->capacity ? tree->capacity * 2 : BINARY_FIRST;
         BinaryNode *copy = realloc(tree->nodes, larger * sizeof *copy);
         if (!copy) {
             tree->is_out_of_memory = true;

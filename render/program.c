@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "accel/cpu.h"
 #include "render/program_exec.h"
 #include "render/program_ops.h"
 
@@ -54,7 +55,7 @@ static const ProgramCpu cpu_avx2 = {program_kernel_avx2, program_sincos_avx2};
 static _Atomic(const ProgramCpu *) cpu;
 
 bool program_set_cpu(const char *name) {
-    bool has_avx2 = __builtin_cpu_supports("avx2");
+    bool has_avx2 = cpu_has_avx2();
     bool is_scalar = name && strcmp(name, "scalar") == 0;
     bool is_avx2 = name && strcmp(name, "avx2") == 0;
     if (name && !is_scalar && !(is_avx2 && has_avx2)) {

@@ -7,9 +7,7 @@
 
 #include <sanitizer/asan_interface.h>
 #include <sanitizer/lsan_interface.h>
-#include <stdarg.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -121,45 +119,6 @@ void *arena_alloc(Arena *arena, size_t size) {
     chunk->used = at + size + GAP;
     arena->used += size;
     return memory;
-}
-
-void *arena_array(Arena *arena, size_t n, size_t size) {
-    if (size && n > SIZE_MAX / size) {
-        refuse(SIZE_MAX, arena->limit);
-    }
-    return arena_alloc(arena, n * size);
-}
-
-char *arena_string(Arena *arena, const char *s, size_t n) {
-    char *copy = arena_alloc(arena, n + 1);
-    memcpy(copy, s, n);
-    return copy;
-}
-
-char *arena_printf(Arena *arena, const char *format, ...) {
-    va_list args;
-    va_start(args, format);
-    int n = vsnprintf(NULL, 0, format, args);
-    va_end(args);
-    size_t size = (size_t)(n < 0 ? 0 : n) + 1;
-    char *s = arena_alloc(arena, size);
-    va_start(args, format);
-    vsnprintf(s, size, format, args);
-    va_end(args);
-    return s;
-}
-
-void *arena_grow(Arena *arena, void *array, size_t n, size_t *capacity, size_t size) {
-    if (n < *capacity) {
-        return array;
-    }
-    size_t larger = *capacity ? *capacity * 2 : 8;
-    void *copy = arena_array(arena, larger, size);
-    if (n) {
-        memcpy(copy, array, n * size);
-    }
-    *capacity = larger;
-    return copy;
 }
 
 void arena_free(Arena *arena) {
