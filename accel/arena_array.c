@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays and strings in arenas, whatever gives the memory: the fuzzer has an arena of its own below.
+// Arrays and strings in arenas, whatever gives the memory: the fuzzer has an arena of its own.
 #include "accel/arena.h"
 
 #include <stdarg.h>
