@@ -74,15 +74,6 @@ static bool weld(ClusterBuilder *b) {
 
 // -- primitives -----------------------------------------------------------------------------------
 
-static int corners_of(const Geometry *g, uint32_t prim, uint32_t corner[3]) {
-    if (g->kind == GEOMETRY_SPHERES) {
-        corner[0] = prim;
-        return 1;
-    }
-    memcpy(corner, g->index + (size_t)prim * 3, 3 * sizeof *corner);
-    return 3;
-}
-
 // What is not finite bounds nothing: such a primitive is never hit there.
 static void grow(float lo[3], float hi[3], const float *p, float radius) {
     for (int a = 0; a < 3; a++) {
@@ -94,18 +85,12 @@ static void grow(float lo[3], float hi[3], const float *p, float radius) {
     }
 }
 
-static float radius_at(const Geometry *g, uint32_t key, uint32_t vertex) {
-    float r = g->radius ? g->radius[(size_t)key * g->n_vertices + vertex] : 0;
-    return r > 0 || r != r ? r : 0;
-}
-
-// Boxes of what is finite; where nothing is, the origin.
-static ProbeBox probe_slowly(const Geometry *g, const uint32_t *corner, int n, uint32_t key) {
+ProbeBox cluster_bound_finite(const Geometry *g, const uint32_t *vertex, int n, uint32_t key) {
     float lo[4] = {INFINITY, INFINITY, INFINITY, 0};
     float hi[4] = {-INFINITY, -INFINITY, -INFINITY, 0};
     for (int c = 0; c < n; c++) {
-        const float *p = g->position + ((size_t)key * g->n_vertices + corner[c]) * 3;
-        grow(lo, hi, p, radius_at(g, key, corner[c]));
+        const float *p = g->position + ((size_t)key * g->n_vertices + vertex[c]) * 3;
+        grow(lo, hi, p, cluster_radius(g, key, vertex[c]));
     }
     for (int a = 0; a < 3; a++) {
         if (!(lo[a] <= hi[a])) {
@@ -115,26 +100,6 @@ static ProbeBox probe_slowly(const Geometry *g, const uint32_t *corner, int n, u
     return (ProbeBox){_mm_loadu_ps(lo), _mm_loadu_ps(hi)};
 }
 
-ProbeBox cluster_probe(const ClusterBuilder *b, uint32_t prim, uint32_t probe) {
-    const Geometry *g = b->geometry;
-    uint32_t corner[3], last = b->n_probes > 1 ? b->n_probes - 1 : 1;
-    uint32_t key = (uint32_t)((uint64_t)(g->n_keys - 1) * probe / last);
-    int n = corners_of(g, prim, corner);
-    __m128 lo = _mm_set1_ps(INFINITY), hi = _mm_set1_ps(-INFINITY), sum = _mm_setzero_ps();
-    for (int c = 0; c < n; c++) {
-        const float *p = g->position + ((size_t)key * g->n_vertices + corner[c]) * 3;
-        __m128 at = _mm_setr_ps(p[0], p[1], p[2], 0);
-        __m128 radius = _mm_set1_ps(radius_at(g, key, corner[c]));
-        lo = _mm_min_ps(lo, _mm_sub_ps(at, radius));
-        hi = _mm_max_ps(hi, _mm_add_ps(at, radius));
-        sum = _mm_add_ps(sum, _mm_add_ps(at, radius));
-    }
-    // 0 times what is not finite is NaN.
-    __m128 zero = _mm_mul_ps(sum, _mm_setzero_ps());
-    bool is_finite = _mm_movemask_ps(_mm_cmpunord_ps(zero, zero)) == 0;
-    return is_finite ? (ProbeBox){lo, hi} : probe_slowly(g, corner, n, key);
-}
-
 static void fill_cluster(const ClusterBuilder *b, Cluster *cluster, const uint32_t *prims,
                          uint32_t n) {
     memset(cluster, 0, sizeof *cluster);
@@ -142,7 +107,7 @@ static void fill_cluster(const ClusterBuilder *b, Cluster *cluster, const uint32
     uint32_t n_vertices = 0;
     for (uint32_t i = 0; i < n; i++) {
         uint32_t corner[3];
-        int n_corners = corners_of(b->geometry, prims[i], corner);
+        int n_corners = cluster_corners(b->geometry, prims[i], corner);
         cluster->prim[i] = (int32_t)prims[i];
         for (int c = 0; c < n_corners; c++) {
             uint32_t v = cluster_welded(b, corner[c]), lane = 0;
@@ -200,13 +165,9 @@ static void fill_key(ClusterSet *set, uint32_t c, uint32_t key, float pad) {
     const Cluster *cluster = &set->clusters[c];
     size_t row = (size_t)c * g->n_keys + key;
     float *to = set->keys + row * set->n_rows * CLUSTER_LANES;
-    float *lo = set->boxes + row * 6, *hi = lo + 3;
-    lo[0] = lo[1] = lo[2] = INFINITY;
-    hi[0] = hi[1] = hi[2] = -INFINITY;
     for (int lane = 0; lane < CLUSTER_LANES; lane++) {
         uint32_t v = cluster->vertex[lane];
         const float *p = g->position + ((size_t)key * g->n_vertices + v) * 3;
-        float radius = radius_at(g, key, v);
         for (int a = 0; a < 3; a++) {
             to[a * CLUSTER_LANES + lane] = p[a];
         }
@@ -215,15 +176,15 @@ static void fill_key(ClusterSet *set, uint32_t c, uint32_t key, float pad) {
             to[3 * CLUSTER_LANES + lane] =
                 is_used ? g->radius[(size_t)key * g->n_vertices + v] : -1;
         }
-        grow(lo, hi, p, radius);
     }
-    for (int a = 0; a < 3; a++) {
-        if (!(lo[a] <= hi[a])) {
-            lo[a] = hi[a] = 0;
-        }
-        lo[a] = most(lo[a] - pad, -FLT_MAX);
-        hi[a] = least(hi[a] + pad, FLT_MAX);
-    }
+    ProbeBox box = cluster_bound_vertices(g, cluster->vertex, CLUSTER_LANES, key);
+    __m128 margin = _mm_set1_ps(pad), largest = _mm_set1_ps(FLT_MAX);
+    float lo[4], hi[4], *padded = set->boxes + row * 6;
+    _mm_storeu_ps(lo,
+                  _mm_max_ps(_mm_sub_ps(box.lo, margin), _mm_sub_ps(_mm_setzero_ps(), largest)));
+    _mm_storeu_ps(hi, _mm_min_ps(_mm_add_ps(box.hi, margin), largest));
+    memcpy(padded, lo, 3 * sizeof *lo);
+    memcpy(padded + 3, hi, 3 * sizeof *hi);
 }
 
 static bool fill_keys(ClusterSet *set, int n_threads) {
@@ -260,6 +221,9 @@ static bool build(ClusterBuilder *b, ClusterSet *set) {
     const Geometry *g = b->geometry;
     size_t n = g->n_prims ? g->n_prims : 1;
     b->n_probes = g->n_keys > 1 ? MOST_PROBES : 1;
+    for (uint32_t i = 1; i < b->n_probes; i++) {
+        b->probe_key[i] = (uint32_t)((uint64_t)(g->n_keys - 1) * i / (MOST_PROBES - 1));
+    }
     b->boxes = aligned_alloc(16, n * b->n_probes * sizeof *b->boxes);
     b->order = malloc(n * sizeof *b->order);
     b->size_at = calloc(n, 1);

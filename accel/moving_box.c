@@ -1,18 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Boxes whose faces move linearly, and the tightest of them around a cluster.
+// The tightest moving box around a cluster.
 #include "accel/cluster.h"
 
 #include <float.h>
 #include <math.h>
-
-MovingBox moving_box_empty(void) {
-    MovingBox box;
-    for (int a = 0; a < 3; a++) {
-        box.lo0[a] = box.lo1[a] = INFINITY;
-        box.hi0[a] = box.hi1[a] = -INFINITY;
-    }
-    return box;
-}
 
 static inline float least(float a, float b) {
     return a < b ? a : b;
@@ -20,34 +11,6 @@ static inline float least(float a, float b) {
 
 static inline float most(float a, float b) {
     return a > b ? a : b;
-}
-
-void moving_box_join(MovingBox *box, const MovingBox *other) {
-    for (int a = 0; a < 3; a++) {
-        box->lo0[a] = least(box->lo0[a], other->lo0[a]);
-        box->hi0[a] = most(box->hi0[a], other->hi0[a]);
-        box->lo1[a] = least(box->lo1[a], other->lo1[a]);
-        box->hi1[a] = most(box->hi1[a], other->hi1[a]);
-    }
-}
-
-// Of Simpson's three heights the middle one is at the mean of the edges, so the half areas of the
-// ends and the products between them say all: (2 A0 + 2 A1 + M) / 6, with M the mixed products.
-double moving_box_area(const MovingBox *box) {
-    double e0[3], e1[3];
-    for (int a = 0; a < 3; a++) {
-        e0[a] = (double)box->hi0[a] - box->lo0[a];
-        e1[a] = (double)box->hi1[a] - box->lo1[a];
-    }
-    if (!(e0[0] >= 0 && e0[1] >= 0 && e0[2] >= 0)) {
-        return 0;
-    }
-    double sum = 0;
-    for (int a = 0; a < 3; a++) {
-        int b = a == 2 ? 0 : a + 1;
-        sum += 2 * (e0[a] * e0[b] + e1[a] * e1[b]) + e0[a] * e1[b] + e1[a] * e0[b];
-    }
-    return sum / 6;
 }
 
 // The box of a cluster at a tick: of the key, or between two keys the linear mix, which bounds

@@ -135,7 +135,27 @@ static void bin_axis(const Reference *refs, uint32_t n, const Split *trial, Spli
     }
 }
 
+// Two things are parted along the axis on which they lie furthest apart.
+static Split split_of_two(const Reference *refs) {
+    Split best = {.axis = -1, .n_bins = 2, .bin = 1, .n_left = 1};
+    float most = 0;
+    for (int axis = 0; axis < 3; axis++) {
+        float a = center_of(&refs[0], axis), b = center_of(&refs[1], axis);
+        float lo = a < b ? a : b, hi = a < b ? b : a, scale = 2 / (hi - lo);
+        if (hi - lo > most && isfinite(scale)) {
+            most = hi - lo;
+            best.axis = axis;
+            best.lo = lo;
+            best.scale = scale;
+        }
+    }
+    return best;
+}
+
 static Split best_split(const Reference *refs, uint32_t n) {
+    if (n == 2) {
+        return split_of_two(refs);
+    }
     Split best = {.cost = INFINITY, .axis = -1};
     // More bins than things tell nothing more.
     int n_bins = n < MOST_BINS / 4 ? MOST_BINS / 4 : n < MOST_BINS ? (int)n : MOST_BINS;

@@ -257,30 +257,24 @@ static bool match_number(const Piece *piece, Lexer *lexer, double *x) {
     return token.kind == TOKEN_NUMBER && !token.problem && token.unit == piece->unit;
 }
 
-static bool match_text(Lexer *lexer, const char *text, size_t size) {
-    if ((size_t)(lexer->end - lexer->at) < size || memcmp(lexer->at, text, size) != 0) {
-        return false;
-    }
-    lexer->at += size;
-    return true;
-}
-
 // Takes a statement of one of the patterns; row[] gets its numbers. NULL: it is another.
 static Pattern *match(const Piece *piece, Lexer *lexer, double *row) {
+    const char *text = lexer->at;
+    size_t left = (size_t)(lexer->end - text);
     for (; piece; piece = piece->next) {
-        Lexer ahead = *lexer;
-        if (!match_text(&ahead, piece->text, piece->size)) {
+        if (left < piece->size || memcmp(text, piece->text, piece->size) != 0) {
             continue;
         }
+        lexer->at = text + piece->size;
         Pattern *pattern = piece->pattern;
-        if (!pattern && match_number(piece, &ahead, row)) {
-            pattern = match(piece->behind, &ahead, row + 1);
+        if (!pattern && match_number(piece, lexer, row)) {
+            pattern = match(piece->behind, lexer, row + 1);
         }
         if (pattern) {
-            *lexer = ahead;
             return pattern;
         }
     }
+    lexer->at = text;
     return NULL;
 }
 
