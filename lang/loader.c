@@ -104,6 +104,9 @@ char *loader_read(Arena *arena, const char *path, size_t *size) {
             errno = EFBIG;
             break;
         }
+        if (n && n == capacity && most == STREAM_MAX && memchr(text, 0, n)) {
+            break; // no text, as whoever reads it says; /dev/zero has no end
+        }
         if (n == capacity) {
             size_t larger = capacity ? 2 * capacity : first;
             char *copy = arena_alloc(arena, larger + SOURCE_PADDING);

@@ -95,7 +95,9 @@ test_files_stay_within_their_folder() {
     bounded 3 'too large' in/scene.st4 </dev/null
     echo 'include "self.st4"' >in/scene.st4
     bounded 3 'there is no file' in/scene.st4 </dev/null
-    bounded 3 'memory' --memory 64M /dev/zero </dev/null
+    bounded 1 'NUL byte' /dev/zero </dev/null
+    truncate -s 100M in/large.st4
+    bounded 3 'memory' --memory 64M in/large.st4 </dev/null
     bounded 1 "without '..'" <<<'film { out = "../a.png" }  sphere { }'
     bounded 1 "without '..'" <<<'film { out = "/tmp/a.png" }  sphere { }'
 }
