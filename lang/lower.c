@@ -75,9 +75,9 @@ static CachedProgram *program_slot(Lowering *l, uint64_t hash, const Ref *refs, 
     size_t slot = hash & (l->n_program_slots - 1);
     for (;; slot = (slot + 1) & (l->n_program_slots - 1)) {
         CachedProgram *cached = &l->programs[slot];
-        bool is_same = cached->program && cached->hash == hash && cached->n == n &&
+        bool is_same = cached->refs && cached->hash == hash && cached->n == n &&
                        memcmp(cached->refs, refs, n * sizeof *refs) == 0;
-        if (!cached->program || is_same) {
+        if (!cached->refs || is_same) {
             return cached;
         }
     }
@@ -89,26 +89,43 @@ static void grow_programs(Lowering *l) {
     l->n_program_slots = n ? 2 * n : 64;
     l->programs = ARENA_ARRAY(l->scratch, l->n_program_slots, CachedProgram);
     for (size_t i = 0; i < n; i++) {
-        if (old[i].program) {
+        if (old[i].refs) {
             *program_slot(l, old[i].hash, old[i].refs, old[i].n) = old[i];
         }
     }
 }
 
-const Program *lower_program(Eval *ev, const Ref *refs, uint32_t n) {
-    Lowering *l = ev->lowering;
+static CachedProgram *find_program(Lowering *l, const Ref *refs, uint32_t n) {
     if (2 * l->n_programs >= l->n_program_slots) {
         grow_programs(l);
     }
     uint64_t hash = hash_refs(refs, n);
     CachedProgram *slot = program_slot(l, hash, refs, n);
-    if (!slot->program) {
-        Ref *copy = ARENA_ARRAY(l->scratch, n, Ref);
+    if (!slot->refs) {
+        Ref *copy = ARENA_ARRAY(l->scratch, n ? n : 1, Ref);
         memcpy(copy, refs, n * sizeof *refs);
-        *slot = (CachedProgram){hash, n, copy, dag_compile(ev->dag, l->arena, refs, n)};
+        *slot = (CachedProgram){.hash = hash, .n = n, .refs = copy};
         l->n_programs++;
     }
+    return slot;
+}
+
+const Program *lower_program(Eval *ev, const Ref *refs, uint32_t n) {
+    CachedProgram *slot = find_program(ev->lowering, refs, n);
+    if (!slot->program) {
+        slot->program = dag_compile(ev->dag, ev->lowering->arena, refs, n);
+    }
     return slot->program;
+}
+
+static const Program *compile_breaks(Eval *ev, const Ref *refs, uint32_t n) {
+    Ref few[16], *breaks = few;
+    uint32_t n_breaks = dag_breaks(ev->dag, refs, n, few, 16);
+    if (n_breaks > 16) {
+        breaks = ARENA_ARRAY(ev->arena, n_breaks, Ref);
+        dag_breaks(ev->dag, refs, n, breaks, n_breaks);
+    }
+    return n_breaks ? lower_program(ev, breaks, n_breaks) : NULL;
 }
 
 const Program *lower_breaks(Eval *ev, const Ref *refs, uint32_t n) {
@@ -119,13 +136,14 @@ const Program *lower_breaks(Eval *ev, const Ref *refs, uint32_t n) {
     if (!(inputs & (1u << IN_T | 1u << IN_FILM_T))) {
         return NULL;
     }
-    Ref few[16], *breaks = few;
-    uint32_t n_breaks = dag_breaks(ev->dag, refs, n, few, 16);
-    if (n_breaks > 16) {
-        breaks = ARENA_ARRAY(ev->arena, n_breaks, Ref);
-        dag_breaks(ev->dag, refs, n, breaks, n_breaks);
+    CachedProgram *slot = find_program(ev->lowering, refs, n);
+    if (!slot->knows_breaks) {
+        const Program *breaks = compile_breaks(ev, refs, n); // makes programs, which moves slots
+        slot = find_program(ev->lowering, refs, n);
+        slot->breaks = breaks;
+        slot->knows_breaks = true;
     }
-    return n_breaks ? lower_program(ev, breaks, n_breaks) : NULL;
+    return slot->breaks;
 }
 
 // ---- Materials

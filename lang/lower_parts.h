@@ -13,12 +13,14 @@ typedef struct {
     const Module *module; // NULL: nowhere
 } Source;
 
-// Programs by their outputs.
+// Programs by their outputs, each made when it is asked for.
 typedef struct {
     uint64_t hash;
     uint32_t n;
-    const Ref *refs;
-    const Program *program;
+    const Ref *refs;        // NULL: the slot is free
+    const Program *program; // of the outputs
+    const Program *breaks;  // of their breaks
+    bool knows_breaks;
 } CachedProgram;
 
 // The rest pose of a surface, and what it was made from.
