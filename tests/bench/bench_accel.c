@@ -2,10 +2,12 @@
 // Structures against one another and against Embree 3, on the same rays in one process.
 //
 //   bench-accel [--scene N] [--rays N] [--repeats N] [--threads N] [--obj FILE] [--isa NAME]
-//               [--check N] [--skip NAMES]
+//               [--check N] [--skip NAMES] [--json FILE]
 //
-// Runs alternate between the engines; each figure is the median of the repeats. The ratio to Embree
-// is the worse of two orders of the rays: by pixel and by time.
+// Runs alternate between the engines; each figure is the median of the repeats, with half the
+// spread from the least to the greatest in percent of it. The ratio to Embree is the worse of two
+// orders of the rays: by pixel and by time. Structures are built by all threads; rays are traced by
+// one thread and then by all.
 #include <embree3/rtcore.h>
 #include <immintrin.h>
 #include <math.h>
@@ -19,9 +21,11 @@
 
 enum { PRIMARY, BOUNCE, SHADOW, N_KINDS };
 enum { BY_PIXEL, BY_TIME, N_ORDERS };
+enum { BY_ONE, BY_ALL, N_CREWS }; // threads
 enum { MAX_ENGINES = 8, MAX_REPEATS = 15 };
 
 static const char *const kind_names[N_KINDS] = {"primary", "bounce", "shadow"};
+static const char *const order_names[N_ORDERS] = {"by pixel", "by time"};
 
 typedef struct {
     float o[3], d[3], time;
@@ -35,18 +39,25 @@ typedef struct {
 } RaySet;
 
 typedef struct {
+    double rate, spread; // millions of rays a second; part of the median
+} Speed;
+
+typedef struct {
     const char *name;
     Accel *accel; // NULL: Embree
     RTCScene scene;
-    double build_seconds, rate[N_ORDERS][N_KINDS], spread[N_ORDERS][N_KINDS];
+    double build_seconds;
+    Speed speed[N_CREWS][N_ORDERS][N_KINDS];
     size_t bytes;
     AccelStats stats;
+    AccelCounters counters[N_KINDS];
+    uint64_t n_checked, n_wrong;
 } Engine;
 
 typedef struct {
     size_t n_rays, n_check;
     int only, repeats, threads;
-    const char *obj, *isa, *skip;
+    const char *obj, *isa, *skip, *json;
 } Options;
 
 static double now(void) {
@@ -258,7 +269,8 @@ static int by_value(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-static void measure(Engine *engines, int n, const RaySet *set, int kind, int order, int repeats) {
+static void measure(Engine *engines, int n, const RaySet *set, int crew, int kind, int order,
+                    int repeats) {
     double t[MAX_ENGINES][MAX_REPEATS];
     for (int r = 0; r < repeats; r++) {
         for (int e = 0; e < n; e++) {
@@ -274,9 +286,25 @@ static void measure(Engine *engines, int n, const RaySet *set, int kind, int ord
     for (int e = 0; e < n; e++) {
         qsort(t[e], (size_t)repeats, sizeof(double), by_value);
         double median = t[e][repeats / 2];
-        engines[e].rate[order][kind] = (double)set->n / median * 1e-6;
-        engines[e].spread[order][kind] = (t[e][repeats - 1] - t[e][0]) / median;
+        engines[e].speed[crew][order][kind] =
+            (Speed){(double)set->n / median * 1e-6, (t[e][repeats - 1] - t[e][0]) / median};
     }
+}
+
+static void measure_all(Engine *engines, int n, const Geometry *g, RaySet *sets, const Options *o) {
+    for (int order = 0; order < N_ORDERS; order++) {
+        for (int kind = 0; kind < N_KINDS; kind++) {
+            if (order == BY_TIME) {
+                qsort(sets[kind].rays, sets[kind].n, sizeof(Ray), by_time);
+            }
+            prepare(g, &sets[kind], kind);
+            for (int crew = 0; crew < (o->threads > 1 ? N_CREWS : 1); crew++) {
+                omp_set_num_threads(crew == BY_ONE ? 1 : o->threads);
+                measure(engines, n, &sets[kind], crew, kind, order, o->repeats);
+            }
+        }
+    }
+    omp_set_num_threads(o->threads);
 }
 
 static uint64_t disagreements(const Accel *accel, const Accel *brute, const Geometry *g,
@@ -304,31 +332,108 @@ static AccelCounters count(const Accel *accel, const Geometry *g, const RaySet *
     return counters;
 }
 
-static void report(const Engine *e, const Engine *embree, const Geometry *g, const RaySet *sets,
-                   const Accel *brute, size_t n_check) {
-    printf("  %-12s build %7.3f s %8.2f MB", e->name, e->build_seconds, (double)e->bytes * 1e-6);
+// -- reports --------------------------------------------------------------------------------------
+
+// To Embree, in the worse order.
+static double ratio(const Engine *e, const Engine *embree, int crew, int kind) {
+    double a = e->speed[crew][BY_PIXEL][kind].rate / embree->speed[crew][BY_PIXEL][kind].rate;
+    double b = e->speed[crew][BY_TIME][kind].rate / embree->speed[crew][BY_TIME][kind].rate;
+    return a < b ? a : b;
+}
+
+static double per_ray(uint64_t count, const AccelCounters *counters) {
+    return counters->rays ? (double)count / (double)counters->rays : 0;
+}
+
+static void print_crew(const Engine *e, const Engine *embree, int crew) {
     for (int kind = 0; kind < N_KINDS; kind++) {
-        double a = e->rate[BY_PIXEL][kind] / embree->rate[BY_PIXEL][kind];
-        double b = e->rate[BY_TIME][kind] / embree->rate[BY_TIME][kind];
-        printf("  %s %6.2f %6.2f x%.2f", kind_names[kind], e->rate[BY_PIXEL][kind],
-               e->rate[BY_TIME][kind], a < b ? a : b);
+        const Speed *a = &e->speed[crew][BY_PIXEL][kind], *b = &e->speed[crew][BY_TIME][kind];
+        double spread = a->spread > b->spread ? a->spread : b->spread;
+        printf("  %s %6.2f %6.2f +-%.0f%% x%.2f", kind_names[kind], a->rate, b->rate, 50 * spread,
+               ratio(e, embree, crew, kind));
     }
+}
+
+static void print_engine(const Engine *e, const Engine *embree, const Options *o) {
+    const AccelCounters *p = &e->counters[PRIMARY], *b = &e->counters[BOUNCE];
+    printf("  %-12s build %7.3f s x%.2f %8.2f MB x%.2f", e->name, e->build_seconds,
+           e->build_seconds / embree->build_seconds, (double)e->bytes * 1e-6,
+           (double)e->bytes / (double)embree->bytes);
+    print_crew(e, embree, BY_ONE);
     if (e->accel) {
-        AccelCounters p = count(e->accel, g, &sets[PRIMARY]), b = count(e->accel, g, &sets[BOUNCE]);
-        printf("  nodes %.1f %.1f tests %.0f %.0f", (double)p.nodes / (double)p.rays,
-               (double)b.nodes / (double)b.rays, (double)p.prim_tests / (double)p.rays,
-               (double)b.prim_tests / (double)b.rays);
+        printf("  nodes %.1f %.1f tests %.0f %.0f", per_ray(p->nodes, p), per_ray(b->nodes, b),
+               per_ray(p->prim_tests, p), per_ray(b->prim_tests, b));
     }
-    if (e->accel && brute && n_check) {
-        uint64_t wrong = disagreements(e->accel, brute, g, &sets[PRIMARY], n_check / 2) +
-                         disagreements(e->accel, brute, g, &sets[BOUNCE], n_check / 2);
-        printf("  wrong %llu", (unsigned long long)wrong);
+    if (e->n_checked) {
+        printf("  wrong %llu", (unsigned long long)e->n_wrong);
+    }
+    if (o->threads > 1) {
+        printf("\n  %12s %d threads                     ", "", o->threads);
+        print_crew(e, embree, BY_ALL);
     }
     printf("\n");
     fflush(stdout);
 }
 
-static void bench(RTCDevice device, const BenchScene *scene, const Options *o) {
+static void write_engine(FILE *json, const Engine *e, const Engine *embree, const Options *o) {
+    fprintf(json,
+            "{\"structure\": \"%s\", \"build_seconds\": %.6g, \"bytes\": %zu, \"checked\": %llu, "
+            "\"wrong\": %llu, \"rays\": [",
+            e->name, e->build_seconds, e->bytes, (unsigned long long)e->n_checked,
+            (unsigned long long)e->n_wrong);
+    const char *comma = "";
+    for (int crew = 0; crew < (o->threads > 1 ? N_CREWS : 1); crew++) {
+        for (int kind = 0; kind < N_KINDS; kind++) {
+            const AccelCounters *c = &e->counters[kind];
+            fprintf(json, "%s\n    {\"kind\": \"%s\", \"threads\": %d, \"ratio\": %.4g", comma,
+                    kind_names[kind], crew == BY_ONE ? 1 : o->threads,
+                    ratio(e, embree, crew, kind));
+            for (int order = 0; order < N_ORDERS; order++) {
+                const Speed *speed = &e->speed[crew][order][kind];
+                fprintf(json, ", \"%s\": {\"mrays\": %.5g, \"spread\": %.3g}", order_names[order],
+                        speed->rate, speed->spread);
+            }
+            fprintf(json, ", \"nodes\": %.4g, \"tests\": %.4g}", per_ray(c->nodes, c),
+                    per_ray(c->prim_tests, c));
+            comma = ",";
+        }
+    }
+    fprintf(json, "]}");
+}
+
+static void report(FILE *json, const BenchScene *scene, const Engine *engines, int n,
+                   const Options *o) {
+    static bool is_later;
+    for (int e = 0; e < n; e++) {
+        print_engine(&engines[e], &engines[0], o);
+    }
+    if (json) {
+        fprintf(json, "%s\n{\"scene\": \"%s\", \"triangles\": %u, \"keys\": %u, \"structures\": [",
+                is_later ? "," : "", scene->name, scene->geometry.n_prims, scene->geometry.n_keys);
+        for (int e = 0; e < n; e++) {
+            fprintf(json, "%s\n  ", e ? "," : "");
+            write_engine(json, &engines[e], &engines[0], o);
+        }
+        fprintf(json, "]}");
+        is_later = true;
+    }
+}
+
+// -- all ------------------------------------------------------------------------------------------
+
+static void check(Engine *e, const Geometry *g, const RaySet *sets, const Accel *brute,
+                  size_t n_check) {
+    for (int kind = 0; kind < N_KINDS; kind++) {
+        e->counters[kind] = count(e->accel, g, &sets[kind]);
+    }
+    if (brute && n_check) {
+        e->n_checked = n_check;
+        e->n_wrong = disagreements(e->accel, brute, g, &sets[PRIMARY], n_check / 2) +
+                     disagreements(e->accel, brute, g, &sets[BOUNCE], n_check / 2);
+    }
+}
+
+static void bench(RTCDevice device, const BenchScene *scene, const Options *o, FILE *json) {
     const Geometry *g = &scene->geometry;
     Engine engines[MAX_ENGINES];
     int n = 0;
@@ -347,18 +452,11 @@ static void bench(RTCDevice device, const BenchScene *scene, const Options *o) {
     primary_rays(scene, o->n_rays, &sets[PRIMARY]);
     secondary_rays(engines[1].accel, g, sets);
     printf("\n%s: %u triangles, %u keys\n", scene->name, g->n_prims, g->n_keys);
-    for (int order = 0; order < N_ORDERS; order++) {
-        for (int kind = 0; kind < N_KINDS; kind++) {
-            if (order == BY_TIME) {
-                qsort(sets[kind].rays, sets[kind].n, sizeof(Ray), by_time);
-            }
-            prepare(g, &sets[kind], kind);
-            measure(engines, n, &sets[kind], kind, order, o->repeats);
-        }
+    measure_all(engines, n, g, sets, o);
+    for (int e = 1; e < n; e++) {
+        check(&engines[e], g, sets, brute, o->n_check);
     }
-    for (int e = 0; e < n; e++) {
-        report(&engines[e], &engines[0], g, sets, brute, o->n_check);
-    }
+    report(json, scene, engines, n, o);
     for (int kind = 0; kind < N_KINDS; kind++) {
         free(sets[kind].rays);
         free(sets[kind].prepared);
@@ -372,33 +470,48 @@ static void bench(RTCDevice device, const BenchScene *scene, const Options *o) {
     rtcReleaseScene(engines[0].scene);
 }
 
-static Options parse(int argc, char **argv) {
-    Options o = {640 * 480, 10000, -1, 5, 1, NULL, "", ""};
-    for (int i = 1; i + 1 < argc; i += 2) {
-        const char *name = argv[i], *value = argv[i + 1];
-        if (strcmp(name, "--scene") == 0) {
-            o.only = atoi(value);
-        } else if (strcmp(name, "--rays") == 0) {
-            o.n_rays = strtoull(value, NULL, 10);
-        } else if (strcmp(name, "--repeats") == 0) {
-            o.repeats = atoi(value) < MAX_REPEATS ? atoi(value) : MAX_REPEATS;
-        } else if (strcmp(name, "--threads") == 0) {
-            o.threads = atoi(value);
-        } else if (strcmp(name, "--obj") == 0) {
-            o.obj = value;
-        } else if (strcmp(name, "--check") == 0) {
-            o.n_check = strtoull(value, NULL, 10);
-        } else if (strcmp(name, "--isa") == 0) {
-            o.isa = value;
-        } else if (strcmp(name, "--skip") == 0) {
-            o.skip = value;
+static bool parse_option(Options *o, const char *name, const char *value) {
+    const struct {
+        const char *name;
+        const char **text;
+        int *number;
+        size_t *size;
+    } options[] = {
+        {"--scene", NULL, &o->only, NULL},      {"--rays", NULL, NULL, &o->n_rays},
+        {"--check", NULL, NULL, &o->n_check},   {"--repeats", NULL, &o->repeats, NULL},
+        {"--threads", NULL, &o->threads, NULL}, {"--obj", &o->obj, NULL, NULL},
+        {"--isa", &o->isa, NULL, NULL},         {"--skip", &o->skip, NULL, NULL},
+        {"--json", &o->json, NULL, NULL},
+    };
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
+        if (strcmp(options[i].name, name) == 0) {
+            if (options[i].text) {
+                *options[i].text = value;
+            } else if (options[i].number) {
+                *options[i].number = atoi(value);
+            } else {
+                *options[i].size = strtoull(value, NULL, 10);
+            }
+            return true;
         }
     }
-    return o;
+    return false;
 }
 
 int main(int argc, char **argv) {
-    Options o = parse(argc, argv);
+    Options o = {640 * 480, 10000, -1, 5, omp_get_num_procs(), NULL, "", "", NULL};
+    for (int i = 1; i < argc; i += 2) {
+        if (i + 1 == argc || !parse_option(&o, argv[i], argv[i + 1])) {
+            fprintf(stderr, "bench-accel: %s: no such option, or no value for it\n", argv[i]);
+            return 2;
+        }
+    }
+    o.repeats = o.repeats < 1 ? 1 : o.repeats < MAX_REPEATS ? o.repeats : MAX_REPEATS;
+    FILE *json = o.json ? fopen(o.json, "w") : NULL;
+    if (o.json && !json) {
+        perror(o.json);
+        return 3;
+    }
     omp_set_num_threads(o.threads);
     char config[64];
     snprintf(config, sizeof config, "threads=%d%s%s", o.threads, *o.isa ? ",isa=" : "", o.isa);
@@ -406,15 +519,23 @@ int main(int argc, char **argv) {
     rtcSetDeviceMemoryMonitorFunction(device, count_bytes, NULL);
     printf("# Embree %s, cpu %s, %d threads, %zu primary rays, medians of %d\n", RTC_VERSION_STRING,
            accel_cpu(), o.threads, o.n_rays, o.repeats);
-    printf("# Mray/s by pixel and by time, x: the worse ratio to Embree; nodes and tests per ray,"
-           " primary and bounce\n");
+    printf("# Mray/s by pixel and by time, half the spread, x: the ratio to Embree, for rays in the"
+           " worse order;\n# nodes and tests per ray, primary and bounce\n");
+    if (json) {
+        fprintf(json, "{\"embree\": \"%s\", \"cpu\": \"%s\", \"isa\": \"%s\", \"scenes\": [",
+                RTC_VERSION_STRING, accel_cpu(), o.isa);
+    }
     for (int i = 0; i < BENCH_N_SCENES; i++) {
         BenchScene scene;
         if ((o.only < 0 || i == o.only) && bench_scene(i, o.obj, &scene)) {
-            bench(device, &scene, &o);
+            bench(device, &scene, &o, json);
             bench_scene_free(&scene);
         }
     }
     rtcReleaseDevice(device);
+    if (json) {
+        fprintf(json, "]}\n");
+        fclose(json);
+    }
     return 0;
 }
