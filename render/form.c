@@ -265,6 +265,7 @@ void form_store_key(Form *form, uint32_t key) {
 bool form_build(Form *form, const AccelType *type, const AccelOptions *options, bool validate,
                 char *why, size_t n) {
     form->accel = type->build(&form->geometry, options, &form->stats);
+    atomic_store_explicit(&form->is_built, true, memory_order_release);
     if (!form->accel) {
         snprintf(why, n, "no memory for a structure over %u primitives", form->n_prims);
         return false;

@@ -8,6 +8,8 @@
 #ifndef RENDER_FORM_H
 #define RENDER_FORM_H
 
+#include <stdatomic.h>
+
 #include "render/render.h"
 #include "render/sample.h"
 #include "render/smooth.h"
@@ -58,7 +60,9 @@ typedef struct {
     uint32_t *normal;       // [n_keys][smoothing.n_normals]; NULL: none, or smoothing.given
     Bounds *bounds;         // [n_keys], in the space of the points
     uint32_t *n_not_finite; // [n_keys], points
-    Accel *accel;
+    Bounds reach;           // over all keys
+    atomic_bool is_built;   // what follows is final
+    Accel *accel;           // NULL: no memory
     AccelStats stats;
     Arena arena;
     Arena *home; // of the arrays where nothing moves: of such forms there may be many; NULL: arena

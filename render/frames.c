@@ -62,13 +62,17 @@ static void troubles_init(PathTroubles *troubles, Arena *arena, const Scene *sce
 }
 
 static int render_frame(Run *run, const World *world, int64_t frame) {
-    double start = progress_clock();
+    double start = progress_clock(), waited = world_waited(world);
     progress_frame(&run->progress, frame);
     bool is_complete = tiles_trace(&run->paths, world, run->options, frame, &run->film,
                                    &run->progress, run->stats, &run->troubles);
     double traced = progress_clock();
-    run->stats->trace_seconds += traced - start;
+    run->stats->trace_seconds +=
+        traced - start - (world_waited(world) - waited) / run->options->n_threads;
     report_troubles(run);
+    if (!world_is_sound(world, run->reporter)) {
+        return STATUS_SCENE;
+    }
     if (!is_complete) {
         return STATUS_INTERRUPTED;
     }
@@ -91,6 +95,7 @@ static int render_block(Run *run, uint32_t first, uint32_t *n) {
         status = interrupt_is_asked() ? STATUS_INTERRUPTED
                                       : render_frame(run, world, options->frames[first + i]);
     }
+    world_count(world, run->stats);
     world_destroy(world);
     return status;
 }

@@ -42,6 +42,7 @@ typedef struct {
         write_seconds;
     size_t vertex_bytes, segment_bytes, tree_bytes;
     uint64_t n_objects, n_triangles, n_spheres, n_keys, n_blocks, n_frames;
+    uint64_t n_structures, n_unbuilt; // in all blocks; those that no ray came to
     uint64_t camera_rays, shadow_rays, bounce_rays;
     uint64_t vertex_evaluations;                        // vertices times instants
     uint64_t lens_samples, light_samples, time_samples; // drawn; 0 where the scene needs none

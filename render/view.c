@@ -132,12 +132,15 @@ static void ask(Query *q, uint32_t id, double tmax) {
     if (!enter(q, body, tmax, &ray, &distance)) {
         return;
     }
-    const AccelType *type = body->form->accel->type;
-    if (q->any) {
-        q->is_hit |= type->occluded(body->form->accel, &ray, &q->view->count);
+    const Accel *accel = builds_accel(q->view->world->builds, body->form, &ray);
+    if (!accel) {
         return;
     }
-    if (!type->closest(body->form->accel, &ray, &hit, &q->view->count)) {
+    if (q->any) {
+        q->is_hit |= accel->type->occluded(accel, &ray, &q->view->count);
+        return;
+    }
+    if (!accel->type->closest(accel, &ray, &hit, &q->view->count)) {
         return;
     }
     WorldHit found = {.t = distance.base + hit.t * distance.unit,

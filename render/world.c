@@ -6,51 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MESSAGE = 256 };
-
-// ---- Sampling and building
-
-// Each structure's share of the memory is as the work in it.
-static double weight_of(const Form *form) {
-    return (double)form->n_prims * form->geometry.n_keys;
-}
-
-// Few forms are built one after the other by all threads, many by one thread each: what is built is
-// the same.
-static bool build_forms(World *world, const RenderOptions *options, char *why) {
-    Assembly *parts = &world->parts;
-    uint32_t n = parts->n_forms, n_failed = 0;
-    uint32_t across = n >= 2 * options->n_threads ? options->n_threads : 1;
-    double total = 0;
-    size_t arrays = 0, memory = world_memory(options);
-    for (uint32_t i = 0; i < n; i++) {
-        total += weight_of(parts->forms[i]);
-        arrays += form_array_bytes(parts->forms[i]);
-    }
-    // Trees get what the arrays leave, and at least a quarter: a single frame may need too much.
-    memory = arrays < memory - memory / 4 ? memory - arrays : memory / 4;
-#pragma omp parallel for schedule(dynamic) num_threads(across)
-    for (uint32_t i = 0; i < n; i++) {
-        char message[MESSAGE] = "";
-        AccelOptions accel = options->accel_options;
-        accel.n_threads = across > 1 ? 1 : options->n_threads;
-        if (accel.memory == 0) {
-            accel.memory = (size_t)((double)memory * (weight_of(parts->forms[i]) / total)) + 4096;
-        }
-        if (!form_build(parts->forms[i], options->accel, &accel, options->validate, message,
-                        sizeof message)) {
-#pragma omp critical(world_build_failure)
-            {
-                n_failed++;
-                memcpy(why, message, sizeof message);
-            }
-        }
-    }
-    return n_failed == 0;
-}
-
 static bool check_top(const World *world, const RenderOptions *options, char *why) {
-    return !options->validate || !world->top || boxtree_validate(world->top, why, MESSAGE);
+    return !options->validate || !world->top || boxtree_validate(world->top, why, BUILDS_MESSAGE);
 }
 
 // ---- Statistics
@@ -89,14 +46,12 @@ static size_t max_size(size_t a, size_t b) {
 
 // Times and work add up over blocks; sizes are those of the largest block, since one at a time is
 // in memory.
-static void count_world(const World *world, const AccelStats *top, RenderStats *stats) {
+static void count_samples(const World *world, RenderStats *stats) {
     const Assembly *parts = &world->parts;
-    AccelStats sum = {0};
     size_t vertex_bytes = 0;
     uint64_t n_triangles = 0, n_spheres = 0;
     for (uint32_t i = 0; i < parts->n_forms; i++) {
         const Form *form = parts->forms[i];
-        stats_add(&sum, &form->stats);
         vertex_bytes += form_array_bytes(form);
         *(form->kind == GEOMETRY_SPHERES ? &n_spheres : &n_triangles) += form->n_prims;
         stats->n_keys += form->geometry.n_keys;
@@ -104,15 +59,26 @@ static void count_world(const World *world, const AccelStats *top, RenderStats *
         stats->vertex_evaluations += form->report.evaluations;
         stats->tolerance_reached = fmax(stats->tolerance_reached, form->report.error);
     }
-    stats->segment_seconds += sum.segment_seconds + top->segment_seconds;
-    stats->build_seconds += sum.build_seconds + top->build_seconds;
     stats->vertex_bytes = max_size(stats->vertex_bytes, vertex_bytes);
-    stats->segment_bytes = max_size(stats->segment_bytes, sum.segment_bytes);
-    stats->tree_bytes = max_size(stats->tree_bytes, sum.tree_bytes + top->tree_bytes);
     stats->n_objects = parts->n_objects;
     stats->n_triangles = n_triangles;
     stats->n_spheres = n_spheres;
     stats->n_blocks++;
+}
+
+void world_count(const World *world, RenderStats *stats) {
+    const AccelStats *top = &world->top_stats;
+    AccelStats sum = {0};
+    for (uint32_t i = 0; i < world->parts.n_forms; i++) {
+        const Form *form = world->parts.forms[i];
+        stats_add(&sum, &form->stats);
+        stats->n_structures++;
+        stats->n_unbuilt += !form->accel;
+    }
+    stats->segment_seconds += sum.segment_seconds + top->segment_seconds;
+    stats->build_seconds += sum.build_seconds + top->build_seconds;
+    stats->segment_bytes = max_size(stats->segment_bytes, sum.segment_bytes);
+    stats->tree_bytes = max_size(stats->tree_bytes, sum.tree_bytes + top->tree_bytes);
     stats_add(&stats->accel, &sum);
 }
 
@@ -126,6 +92,7 @@ void world_destroy(World *world) {
     if (world->top) {
         boxtree_destroy(world->top);
     }
+    builds_destroy(world->builds);
     Arena arena = world->arena;
     arena_free(&arena);
 }
@@ -154,17 +121,18 @@ World *world_build(const Scene *scene, const RenderOptions *options, const int64
                    uint32_t n_frames, const Reporter *reporter, uint32_t *n_taken,
                    RenderStats *stats) {
     double start = seconds_now();
-    char why[MESSAGE] = "";
+    char why[BUILDS_MESSAGE] = "";
     World *world = world_sample(scene, options, frames, n_frames, reporter, n_taken);
     if (!world) {
         return NULL;
     }
     stats->sample_seconds += seconds_now() - start;
     fix_bodies(world);
-    AccelStats top;
-    bool is_built = build_forms(world, options, why);
+    world->builds =
+        builds_new(world->parts.forms, world->parts.n_forms, options, world_memory(options), why);
+    bool is_built = world->builds != NULL;
     if (is_built) {
-        top_build(world, options, &top);
+        top_build(world, options, &world->top_stats);
         is_built = check_top(world, options, why);
     }
     if (!is_built) {
@@ -172,8 +140,20 @@ World *world_build(const Scene *scene, const RenderOptions *options, const int64
         world_destroy(world);
         return NULL;
     }
-    count_world(world, &top, stats);
+    count_samples(world, stats);
     return world;
+}
+
+double world_waited(const World *world) {
+    return builds_waited(world->builds);
+}
+
+bool world_is_sound(const World *world, const Reporter *reporter) {
+    const char *why = builds_failure(world->builds);
+    if (why) {
+        report_error(reporter, world->scene->camera.where, why);
+    }
+    return !why;
 }
 
 static Bounds placed_bounds(const Body *body, Bounds local, double seconds) {

@@ -16,12 +16,20 @@
 
 typedef struct World World;
 
-// Samples and builds for as many of the frames as options->memory holds (at least one), in order;
-// *n_taken gets how many. NULL after an error was reported. Adds to stats.
+// Samples for as many of the frames as options->memory holds (at least one), in order; *n_taken
+// gets how many. Structures are built as rays come to them. NULL after an error was reported. Adds
+// what was sampled to stats.
 World *world_build(const Scene *scene, const RenderOptions *options, const int64_t *frames,
                    uint32_t n_frames, const Reporter *reporter, uint32_t *n_taken,
                    RenderStats *stats);
 void world_destroy(World *world);
+
+// Adds the structures that rays have built; called when no more of them come.
+void world_count(const World *world, RenderStats *stats);
+// Seconds that all threads together spent on building since rays began, and on waiting for it.
+double world_waited(const World *world);
+// False after an error was reported: a structure could not be built, pictures are worth nothing.
+bool world_is_sound(const World *world, const Reporter *reporter);
 
 // Bounds of all that is finite at one instant, sampled there alone. False: nothing.
 bool world_bounds_at(const Scene *scene, Instant at, Vec3 *lo, Vec3 *hi);

@@ -5,6 +5,7 @@
 
 #include "accel/boxtree.h"
 #include "render/assemble.h"
+#include "render/builds.h"
 #include "render/world.h"
 
 // The time axis of the upper tree: every cell that a shutter of the block reaches, cut into equal
@@ -22,7 +23,9 @@ struct World {
     Opening *openings; // one for each cell that shutters reach, ascending
     size_t n_openings; // >= 1
     TickAxis ticks;
-    BoxTree *top; // over parts.bodies; NULL: all of the few are asked
+    Builds *builds; // over parts.forms
+    BoxTree *top;   // over parts.bodies; NULL: all of the few are asked
+    AccelStats top_stats;
 };
 
 // The tick of an instant; of one outside of all cells, the nearest.

@@ -125,3 +125,24 @@ test_statistics_are_json() {
     lacks "$(cat stats.json)" nan
     lacks "$(cat stats.json)" inf
 }
+
+# Two of the three things are out of sight.
+test_what_no_ray_meets_is_not_built() {
+    cat >far.st4 <<'END'
+film { size = <32, 24> }
+camera { from = <0, 1, 6> to = <0, 0, 0> }
+sun { dir = <1, 2, 1> }
+torus { major = 1 minor = 0.3 rotate x, t*90deg }
+torus { major = 1 minor = 0.25 translate <0, 0, 900> }
+box { translate <0, 200, 0> }
+END
+    local threads
+    for threads in 1 2 5; do
+        expect 0 "$ST4" far.st4 -q -s 4 -j $threads -o "$threads.exr" --stats stats.json
+        grep -q '"structures": 3,' stats.json || fail "$(grep structures stats.json)"
+        grep -q '"unbuilt": 2,' stats.json || fail "$(grep unbuilt stats.json)"
+    done
+    expect 0 "$ST4" far.st4 -q -s 4 -o all.exr --validate --stats stats.json
+    grep -q '"unbuilt": 0,' stats.json || fail "$(grep unbuilt stats.json)"
+    cmp 1.exr 2.exr && cmp 1.exr 5.exr && cmp 1.exr all.exr || fail 'the pictures differ'
+}
