@@ -17,11 +17,6 @@ typedef struct {
     size_t size;
 } Buffer;
 
-static int refuse(const char *path, const char *message) {
-    fprintf(stderr, "st4: %s: %s\n", path, message);
-    return STATUS_FILES;
-}
-
 static bool write_all(int fd, const char *text, size_t size) {
     while (size) {
         ssize_t n = write(fd, text, size);
@@ -34,18 +29,20 @@ static bool write_all(int fd, const char *text, size_t size) {
     return true;
 }
 
-static int replace(const char *path, const Buffer *formatted) {
+static int replace(const Session *session, const char *path, const Buffer *formatted) {
     char message[256];
     OutFile file;
     if (!outfile_open(&file, path, message, sizeof message)) {
-        return refuse(path, message);
+        return session_refuse(session, STATUS_FILES, path, message);
     }
     if (!write_all(file.fd, formatted->text, formatted->size)) {
         snprintf(message, sizeof message, "cannot write: %s", strerror(errno));
         outfile_abandon(&file);
-        return refuse(path, message);
+        return session_refuse(session, STATUS_FILES, path, message);
     }
-    return outfile_commit(&file, message, sizeof message) ? STATUS_OK : refuse(path, message);
+    return outfile_commit(&file, message, sizeof message)
+               ? STATUS_OK
+               : session_refuse(session, STATUS_FILES, path, message);
 }
 
 static int put(const Session *session, const char *path, const Buffer *formatted, bool is_same) {
@@ -57,7 +54,7 @@ static int put(const Session *session, const char *path, const Buffer *formatted
         return is_same ? STATUS_OK : STATUS_SCENE;
     }
     if (option_flag(session->options, OPTION_WRITE) && strcmp(path, "-") != 0) {
-        return is_same ? STATUS_OK : replace(path, formatted);
+        return is_same ? STATUS_OK : replace(session, path, formatted);
     }
     fwrite(formatted->text, 1, formatted->size, stdout);
     return STATUS_OK;
@@ -69,19 +66,22 @@ static int format(Session *session, const char *path) {
     const SourceFile *file =
         text ? source_add(&session->sources, path, text, size, (Span){0, 0}) : NULL;
     if (!file) {
-        return refuse(path, text ? "it is too large" : strerror(errno));
+        return session_refuse(session, STATUS_FILES, path,
+                              text ? "it is too large" : strerror(errno));
     }
     Buffer formatted = {0};
     FILE *out = open_memstream(&formatted.text, &formatted.size);
     if (!out) {
-        return refuse(path, strerror(errno));
+        return session_refuse(session, STATUS_FILES, path, strerror(errno));
     }
     bool is_formatted =
         format_source(session->arena, symbols_new(session->arena), file, session->diag, out);
     bool is_whole = !ferror(out);
     is_whole = fclose(out) == 0 && is_whole;
     diag_next_statement(session->diag);
-    int status = !is_formatted ? STATUS_SCENE : !is_whole ? refuse(path, strerror(ENOMEM)) : 0;
+    int status = !is_formatted ? STATUS_SCENE
+                 : !is_whole   ? session_refuse(session, STATUS_FILES, path, strerror(ENOMEM))
+                               : 0;
     if (status == STATUS_OK) {
         bool is_same = formatted.size == size && memcmp(formatted.text, text, size) == 0;
         status = put(session, path, &formatted, is_same);

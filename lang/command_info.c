@@ -110,12 +110,11 @@ static void print_attribute(const ImageAttribute *attribute) {
     }
 }
 
-static int info_image(Arena *arena, const char *path) {
+static int info_image(const Session *session, const char *path) {
     Image image;
     char message[256];
-    if (!image_read_exr(arena, path, &image, message, sizeof message)) {
-        fprintf(stderr, "st4: error: %s: %s\n", path, message);
-        return STATUS_FILES;
+    if (!image_read_exr(session->arena, path, &image, message, sizeof message)) {
+        return session_refuse(session, STATUS_FILES, path, message);
     }
     printf("%-20s %ux%u\n", "size", image.width, image.height);
     printf("%-20s", "channels");
@@ -131,10 +130,12 @@ static int info_image(Arena *arena, const char *path) {
 
 int command_info(Arena *arena, const Options *options) {
     const char *dot = strrchr(options->operands[0], '.');
-    if (dot && !strcasecmp(dot, ".exr")) {
-        return info_image(arena, options->operands[0]);
-    }
     Session session;
+    if (dot && !strcasecmp(dot, ".exr")) {
+        int status = session_begin(&session, arena, options);
+        return status ? status
+                      : session_close(&session, info_image(&session, options->operands[0]));
+    }
     int status = session_open(&session, arena, options);
     if (status == STATUS_OK) {
         print_scene(&session);

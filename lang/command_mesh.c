@@ -41,8 +41,8 @@ static int no_such_label(const Session *session, const char *label) {
         names[i] = slash ? slash + 1 : scene->shapes[i].label;
     }
     const char *near = diag_nearest(label, names, scene->n_shapes);
-    fprintf(stderr, "st4: --label: no shape is called '%s'%s%s%s\n", label,
-            near ? "; did you mean '" : "", near ? near : "", near ? "'?" : "");
+    diag_error(session->diag, (Span){0, 0}, NULL, "--label: no shape is called '%s'%s%s%s", label,
+               near ? "; did you mean '" : "", near ? near : "", near ? "'?" : "");
     return STATUS_USAGE;
 }
 
@@ -69,22 +69,20 @@ static int write_mesh(Session *session, LoadedScene *loaded) {
     Mesh mesh;
     Snapshot snapshot;
     if (!path) {
-        fputs("st4: mesh: -o OUT.ply is missing\n", stderr);
-        return STATUS_USAGE;
+        return session_refuse(session, STATUS_USAGE, "mesh", "-o OUT.ply is missing");
     }
     if (!find_instant(session, loaded, &seconds)) {
         return STATUS_SCENE;
     }
     if (!snapshot_take(session->arena, session->scene, label, seconds, &mesh, &snapshot)) {
-        fprintf(stderr, "st4: %s: the scene has more than 2^31 vertices or triangles\n", path);
-        return STATUS_FILES;
+        return session_refuse(session, STATUS_FILES, path,
+                              "the scene has more than 2^31 vertices or triangles");
     }
     if (label && !snapshot.n_objects && !snapshot.n_absent && !snapshot.n_planes) {
         return no_such_label(session, label);
     }
     if (!mesh_write_ply(path, &mesh, message, sizeof message)) {
-        fprintf(stderr, "st4: %s: %s\n", path, message);
-        return STATUS_FILES;
+        return session_refuse(session, STATUS_FILES, path, message);
     }
     if (!option_flag(options, OPTION_QUIET)) {
         print_result(path, &mesh, &snapshot);

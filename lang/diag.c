@@ -130,7 +130,7 @@ static bool is_new(Diag *diag, const Report *report) {
 }
 
 static const char *severity_text(Severity severity) {
-    static const char *const texts[] = {"error", "warning", "note"};
+    static const char *const texts[] = {"error", "warning", "note", "print"};
     return texts[severity];
 }
 
@@ -346,6 +346,15 @@ void diag_note(Diag *diag, Span where, const char *format, ...) {
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
     show(diag, &(Report){.severity = DIAG_NOTE, .where = where, .message = message});
+}
+
+void diag_print(Diag *diag, Span where, const char *line) {
+    if (diag->is_json) {
+        put_json(diag, &(Report){.severity = DIAG_PRINT, .where = where, .message = line});
+    } else {
+        put_clean(diag->out, line);
+        fputc('\n', diag->out);
+    }
 }
 
 void diag_next_statement(Diag *diag) {

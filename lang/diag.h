@@ -16,7 +16,7 @@
 
 #include "lang/source.h"
 
-typedef enum { DIAG_ERROR, DIAG_WARNING, DIAG_NOTE } Severity;
+typedef enum { DIAG_ERROR, DIAG_WARNING, DIAG_NOTE, DIAG_PRINT } Severity;
 
 // The one table of warnings: stable names for -W; lang/warnings.def, WARNING(ID, "name", "help").
 typedef enum {
@@ -53,6 +53,9 @@ void diag_warn(Diag *diag, Warning warning, Span where, const char *hint, const 
 // was not shown.
 void diag_note(Diag *diag, Span where, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+
+// A line that the script prints. json: an object of severity "print".
+void diag_print(Diag *diag, Span where, const char *line);
 
 // The last report's statement is over: the next error is shown even if it comes from the same one.
 // Between two calls only the first error is shown.

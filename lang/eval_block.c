@@ -332,7 +332,8 @@ static bool wants_values(Eval *ev) {
     return ev->unroll != 0;
 }
 
-static void emit_print(Eval *ev, const Env *env, const Node *node) {
+static void emit_print(Eval *ev, const Env *env, NodeId statement) {
+    const Node *node = &env->module->syntax->nodes[statement];
     if (wants_values(ev)) {
         return;
     }
@@ -345,7 +346,7 @@ static void emit_print(Eval *ev, const Env *env, const Node *node) {
         line = arena_printf(ev->arena, "%s%s%s", line, i ? " " : "",
                             value_text(ev->arena, ev->dag, ev->symbols, &value, 0));
     }
-    fprintf(stderr, "%s\n", line);
+    diag_print(ev->diag, syntax_span(env->module->syntax, statement), line);
 }
 
 static void emit_assert(Eval *ev, const Env *env, const Node *node) {
@@ -419,7 +420,7 @@ void eval_emit_statement(Eval *ev, const Env *env, const Place *place, NodeId st
         loader_place(ev, env, place, statement);
         break;
     case NODE_PRINT:
-        emit_print(ev, env, node);
+        emit_print(ev, env, statement);
         break;
     case NODE_ASSERT:
         emit_assert(ev, env, node);

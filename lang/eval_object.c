@@ -190,7 +190,37 @@ static void bind_variables(Eval *ev, Object *object, NodeId block) {
     }
 }
 
-// A `fn` that nobody uses and whose name is nearly a property's was meant to be one.
+// The nodes that have such a function: "mesh and surface"; NULL: none has.
+static const char *owners_of(Eval *ev, const char *name) {
+    const char *owners = NULL;
+    for (int kind = 0; kind < OBJECT_KINDS; kind++) {
+        for (uint32_t id = node_infos[kind].first; id < schema_end((ObjectKind)kind); id++) {
+            const PropertyInfo *info = &property_infos[id];
+            if (info->type == PROPERTY_TYPE_FUNCTION && strcmp(info->name, name) == 0) {
+                owners = owners
+                             ? arena_printf(ev->arena, "%s and %s", owners, node_infos[kind].name)
+                             : node_infos[kind].name;
+            }
+        }
+    }
+    return owners;
+}
+
+static void refuse_helper(Eval *ev, const Object *object, Span where, const char *name,
+                          const char *near) {
+    const char *owners = near ? NULL : owners_of(ev, name);
+    if (near || owners) {
+        eval_error_at(ev, where,
+                      near ? arena_printf(ev->arena, "did you mean '%s'?", near)
+                           : arena_printf(ev->arena, "%s is a function of %s", name, owners),
+                      "%s has no property '%s', and nothing uses this function", object->name,
+                      name);
+        diag_next_statement(ev->diag);
+    }
+}
+
+// A `fn` that nobody uses and whose name is a property's elsewhere, or nearly one's here, was meant
+// to be one.
 static void check_helpers(Eval *ev, const Object *object) {
     const char *names[64];
     size_t n = schema_property_names(object->kind, names, 64), n_functions = 0;
@@ -207,11 +237,8 @@ static void check_helpers(Eval *ev, const Object *object) {
             continue;
         }
         const char *near = diag_nearest(name, names, n_functions);
-        if (near && strcmp(near, name) != 0) {
-            eval_error_at(ev, binding->where, arena_printf(ev->arena, "did you mean '%s'?", near),
-                          "%s has no property '%s', and nothing uses this function", object->name,
-                          name);
-            diag_next_statement(ev->diag);
+        if (!near || strcmp(near, name) != 0) {
+            refuse_helper(ev, object, binding->where, name, near);
         }
     }
 }

@@ -177,13 +177,6 @@ static void add_included(Loader *loader, Included included) {
     loader->included[loader->n_included++] = included;
 }
 
-static const char *real_path(Arena *arena, const char *path) {
-    char *real = realpath(path, NULL);
-    const char *copy = real ? arena_string(arena, real, strlen(real)) : NULL;
-    free(real);
-    return copy;
-}
-
 Module *loader_script(Eval *ev, const char *path, const char *text, size_t size) {
     Loader *loader = ev->loader;
     if (text) {
@@ -201,9 +194,9 @@ Module *loader_script(Eval *ev, const char *path, const char *text, size_t size)
     Module *module =
         parse_module(ev, path, text, size, (Span){0, 0}, scope_new(ev->arena, ev->predefined));
     if (module) {
-        add_included(
-            loader,
-            (Included){.module = module, .real = real_path(ev->arena, path), .is_placed = true});
+        add_included(loader, (Included){.module = module,
+                                        .real = loader_real_path(ev->arena, path),
+                                        .is_placed = true});
     }
     return module;
 }
@@ -220,26 +213,13 @@ NodeId loader_parse_expr(Eval *ev, const char *origin, const char *text, Module 
     return node;
 }
 
-// ---- Finding
+// ---- Folders
 
 static const char *folder_of(Arena *arena, const char *path) {
     const char *slash = strrchr(path, '/');
     return slash == NULL   ? "."
            : slash == path ? "/"
                            : arena_string(arena, path, (size_t)(slash - path));
-}
-
-static const char *join(Arena *arena, const char *folder, const char *name) {
-    if (*name == '/' || strcmp(folder, ".") == 0) {
-        return name;
-    }
-    bool has_slash = folder[strlen(folder) - 1] == '/';
-    return arena_printf(arena, "%s%s%s", folder, has_slash ? "" : "/", name);
-}
-
-static bool lies_in(const char *real, const char *real_folder) {
-    size_t n = strlen(real_folder);
-    return strcmp(real_folder, "/") == 0 || (strncmp(real, real_folder, n) == 0 && real[n] == '/');
 }
 
 const char *loader_folder(Eval *ev, const Env *env, const Value *name, size_t i) {
@@ -253,53 +233,6 @@ const char *loader_folder(Eval *ev, const Env *env, const Value *name, size_t i)
     return i <= options->n_include_dirs       ? options->include_dirs[i - 1]
            : i == options->n_include_dirs + 1 ? ev->loader->library
                                               : NULL;
-}
-
-// A script names files; a pipe would hold the program until somebody writes to it.
-static bool is_regular(Eval *ev, Span where, const char *path) {
-    struct stat about;
-    if (stat(path, &about) == 0 && S_ISREG(about.st_mode)) {
-        return true;
-    }
-    eval_error_at(ev, where, NULL, "cannot read '%s': it is not a regular file", path);
-    ev->has_failed_file = true;
-    return false;
-}
-
-// The path of a file that a script names; *real gets it with links resolved. NULL: reported.
-static const char *find_file(Eval *ev, const Env *env, NodeId node, const Value *name,
-                             const char **real) {
-    const char *text = symbol_text(ev->symbols, name->symbol), *folder;
-    Span where = syntax_span(env->module->syntax, node);
-    if (name->n == STRING_FROM_COMMAND_LINE) {
-        *real = real_path(ev->arena, text);
-        if (!*real) {
-            eval_error_at(ev, where, NULL, "cannot read '%s': %s", text, strerror(errno));
-            ev->has_failed_file = true;
-        }
-        return *real ? text : NULL;
-    }
-    bool is_outside = false;
-    for (size_t i = 0; (folder = loader_folder(ev, env, name, i)); i++) {
-        const char *path = join(ev->arena, folder, text);
-        const char *real_folder = real_path(ev->arena, folder);
-        *real = *text && real_folder ? real_path(ev->arena, path) : NULL;
-        if (*real && lies_in(*real, real_folder)) {
-            return is_regular(ev, where, path) ? path : NULL;
-        }
-        is_outside = is_outside || *real;
-    }
-    ev->has_failed_file = true;
-    if (is_outside) {
-        eval_error_at(ev, where, "add its folder with -I",
-                      "'%s' lies outside of the folders that this script may read", text);
-    } else {
-        eval_error_at(ev, where,
-                      "it is looked for beside this file, in each folder given with -I, and in the "
-                      "standard library",
-                      "there is no file '%s'", text);
-    }
-    return NULL;
 }
 
 // ---- Includes
@@ -344,7 +277,7 @@ void loader_include(Eval *ev, const Env *env, NodeId statement) {
     const Node *node = syntax_node(env->module->syntax, statement);
     Value name = {.type = VALUE_STRING, .symbol = syntax_node(env->module->syntax, node->a)->a};
     Span where = syntax_span(env->module->syntax, node->a);
-    const char *real, *path = find_file(ev, env, node->a, &name, &real);
+    const char *real, *path = loader_find(ev, env, node->a, &name, &real);
     if (!path) {
         return;
     }
@@ -494,7 +427,7 @@ void loader_check_defines(Eval *ev) {
 // ---- Meshes and defaults
 
 const char *loader_file(Eval *ev, const Env *env, NodeId node, const Value *name) {
-    const char *real, *path = find_file(ev, env, node, name, &real);
+    const char *real, *path = loader_find(ev, env, node, name, &real);
     if (path) {
         add_file(ev->loader, path);
     }
@@ -527,7 +460,7 @@ void loader_hash_add(Eval *ev, const void *bytes, size_t n) {
 
 const Mesh *loader_mesh(Eval *ev, const Given *file) {
     Loader *loader = ev->loader;
-    const char *real, *path = find_file(ev, &file->env, file->node, &file->value, &real);
+    const char *real, *path = loader_find(ev, &file->env, file->node, &file->value, &real);
     if (!path) {
         return NULL;
     }

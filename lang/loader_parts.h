@@ -8,6 +8,23 @@
 // The i-th folder in which a name that stands in a script is looked for; NULL: there are no more.
 const char *loader_folder(Eval *ev, const Env *env, const Value *name, size_t i);
 
+// The path of a file that a script names; *real gets it with links resolved. NULL: reported.
+const char *loader_find(Eval *ev, const Env *env, NodeId node, const Value *name,
+                        const char **real);
+
+// A path with its links resolved; NULL: there is no such file.
+const char *loader_real_path(Arena *arena, const char *path);
+
+typedef enum {
+    LISTING_ALLOWED,
+    LISTING_ABSENT,  // it is not there
+    LISTING_REFUSED, // it lies outside, which was reported
+} Listing;
+
+// Whether the folder `path` may be listed for a name that is looked for in `folder`.
+Listing loader_may_list(Eval *ev, const Env *env, NodeId node, const Value *name,
+                        const char *folder, const char *path);
+
 // The tables read so far.
 Table **loader_tables(Eval *ev);
 

@@ -81,17 +81,21 @@ static size_t list_folder(Eval *ev, const Pattern *pattern, const char *folder, 
 }
 
 // In the first folder that has any.
-static size_t list_numbers(Eval *ev, const Given *given, const Pattern *pattern, long **numbers) {
+static size_t list_numbers(Eval *ev, const Given *given, const Pattern *pattern, long **numbers,
+                           bool *is_refused) {
     size_t n = 0;
     for (size_t i = 0;; i++) {
         const char *folder = loader_folder(ev, &given->env, &given->value, i);
-        if (!folder || n > 0) {
+        if (!folder || n > 0 || *is_refused) {
             return n;
         }
         const char *path = *pattern->folder == '/'
                                ? pattern->folder
                                : arena_printf(ev->arena, "%s/%s", folder, pattern->folder);
-        n = list_folder(ev, pattern, path, numbers);
+        Listing listing =
+            loader_may_list(ev, &given->env, given->node, &given->value, folder, path);
+        *is_refused = listing == LISTING_REFUSED;
+        n = listing == LISTING_ALLOWED ? list_folder(ev, pattern, path, numbers) : 0;
     }
 }
 
@@ -104,12 +108,15 @@ const Value *loader_sequence(Eval *ev, const Given *given, uint32_t *n) {
                    "'%s' holds no place for the number", text);
         return NULL;
     }
-    size_t found = list_numbers(ev, given, &pattern, &numbers);
-    if (found == 0) {
+    bool is_refused = false;
+    size_t found = list_numbers(ev, given, &pattern, &numbers, &is_refused);
+    if (found == 0 && !is_refused) {
         eval_error(ev, &given->env, given->node,
                    "it is looked for beside this file, then in each folder given with -I",
                    "there is no file '%s' with any number", text);
         ev->has_failed_file = true;
+    }
+    if (found == 0) {
         return NULL;
     }
     Value *names = ARENA_ARRAY(ev->arena, found, Value);

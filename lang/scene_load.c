@@ -20,7 +20,7 @@ struct Loading {
     bool has_film;
 };
 
-enum { DEFAULT_STEPS = 1 << 25, LOAD_LEAST_MEMORY = 32 << 20 };
+enum { DEFAULT_STEPS = 1 << 26, LOAD_LEAST_MEMORY = 32 << 20 };
 
 // ---- What every script finds
 

@@ -25,7 +25,7 @@ typedef struct {
     bool has_frames;
     size_t memory;      // bytes for the scene, and again for what loading it needs; where they do
                         // not suffice, the hook of accel/arena.h is called; 0: no bound
-    uint64_t max_steps; // of evaluation, before the script is refused; 0: 2^25
+    uint64_t max_steps; // of evaluation, before the script is refused; 0: 2^26
 } LoadOptions;
 
 typedef struct Loading Loading; // syntax trees, graph and scopes

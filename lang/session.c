@@ -18,16 +18,16 @@ static bool wants_color(const Options *options) {
     return choice == ALWAYS || (choice == AUTO && is_able);
 }
 
-static bool refuse_warning(const char *text) {
+static bool refuse_warning(Diag *diag, const char *text) {
     const char *names[WARN_COUNT];
     for (int i = 0; i < WARN_COUNT; i++) {
         names[i] = warning_infos[i].name;
     }
     bool is_off = !strncmp(text, "no-", 3);
     const char *near = diag_nearest(is_off ? text + 3 : text, names, WARN_COUNT);
-    fprintf(stderr, "st4: error: -W: there is no warning '%s'%s%s%s%s\n", text,
-            near ? "; did you mean '" : "", near && is_off ? "no-" : "", near ? near : "",
-            near ? "'?" : "");
+    diag_error(diag, (Span){0, 0}, NULL, "-W: there is no warning '%s'%s%s%s%s", text,
+               near ? "; did you mean '" : "", near && is_off ? "no-" : "", near ? near : "",
+               near ? "'?" : "");
     return false;
 }
 
@@ -55,7 +55,7 @@ static bool set_warnings(Session *session) {
     const char *const *list = options_list(session->arena, session->options, OPTION_WARNING, &n);
     for (size_t i = 0; i < n; i++) {
         if (!diag_set_warning(session->diag, list[i])) {
-            return refuse_warning(list[i]);
+            return refuse_warning(session->diag, list[i]);
         }
     }
     return true;
@@ -102,10 +102,11 @@ static bool find_frames(Session *session) {
     }
     const char *what = asked->is_set ? asked->text : "the film";
     if (session->frames) {
-        fprintf(stderr, "st4: error: '%s' has no frame: the film ends with %lld\n", what,
-                (long long)film->last_frame);
+        diag_error(session->diag, (Span){0, 0}, NULL, "'%s' has no frame: the film ends with %lld",
+                   what, (long long)film->last_frame);
     } else {
-        fprintf(stderr, "st4: error: '%s' has more than %d frames\n", what, FRAME_LIST_MAX);
+        diag_error(session->diag, (Span){0, 0}, "choose some of them by -f",
+                   "%s has more than %d frames", what, FRAME_LIST_MAX);
     }
     return false;
 }
@@ -119,8 +120,8 @@ int session_begin(Session *session, Arena *arena, const Options *options) {
                              options->values[OPTION_DIAG].integer == JSON, wants_color(options));
     const char *cpu = options->values[OPTION_CPU].text;
     if (cpu && !program_set_cpu(cpu)) {
-        fprintf(stderr, "st4: error: --cpu: '%s' is none of scalar, avx2 that this processor has\n",
-                cpu);
+        diag_error(session->diag, (Span){0, 0}, NULL,
+                   "--cpu: '%s' is none of scalar, avx2 that this processor has", cpu);
         return STATUS_USAGE;
     }
     return set_warnings(session) ? STATUS_OK : STATUS_USAGE;
@@ -144,17 +145,20 @@ int session_open(Session *session, Arena *arena, const Options *options) {
     LoadedScene loaded;
     int status = session_load(session, arena, options, &loaded);
     scene_load_free(&loaded);
-    return status ? status : find_frames(session) ? STATUS_OK : STATUS_USAGE;
+    if (status || find_frames(session)) {
+        return status;
+    }
+    return options->values[OPTION_FRAMES].is_set ? STATUS_USAGE : STATUS_SCENE;
 }
 
-static const AccelType *find_accel(const char *name) {
+static const AccelType *find_accel(const Session *session, const char *name) {
     const AccelType *found = name ? accel_find(name) : &accel_types[0];
     if (!found) {
-        fprintf(stderr, "st4: error: --accel: '%s' is none of", name);
+        const char *names = "";
         for (const AccelType *type = accel_types; type->name; type++) {
-            fprintf(stderr, "%s %s", type == accel_types ? "" : ",", type->name);
+            names = arena_printf(session->arena, "%s%s %s", names, *names ? "," : "", type->name);
         }
-        fputc('\n', stderr);
+        diag_error(session->diag, (Span){0, 0}, NULL, "--accel: '%s' is none of%s", name, names);
     }
     return found;
 }
@@ -172,7 +176,7 @@ bool session_render_options(const Session *session, RenderOptions *render) {
         .tolerance = values[OPTION_TOLERANCE].number,
         .n_threads = n_threads ? (uint32_t)n_threads : (uint32_t)omp_get_num_procs(),
         .memory = values[OPTION_MEMORY].integer,
-        .accel = find_accel(values[OPTION_ACCEL].text),
+        .accel = find_accel(session, values[OPTION_ACCEL].text),
         .accel_options = accel_options_default(),
         .bake = option_flag(session->options, OPTION_BAKE),
         .validate = option_flag(session->options, OPTION_VALIDATE),
@@ -185,6 +189,11 @@ bool session_render_options(const Session *session, RenderOptions *render) {
     accel->max_depth = (uint32_t)values[OPTION_MAX_DEPTH].integer;
     accel->n_threads = render->n_threads;
     return render->accel != NULL;
+}
+
+int session_refuse(const Session *session, int status, const char *path, const char *message) {
+    diag_error(session->diag, (Span){0, 0}, NULL, "%s: %s", path, message);
+    return status;
 }
 
 int session_close(Session *session, int status) {

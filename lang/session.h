@@ -35,6 +35,9 @@ int session_open(Session *session, Arena *arena, const Options *options);
 // False: reported, a usage error.
 bool session_render_options(const Session *session, RenderOptions *render);
 
+// Reports what is wrong with a file or an option; returns the status.
+int session_refuse(const Session *session, int status, const char *path, const char *message);
+
 // Ends the diagnostics; the exit status where `status` is what the command came to.
 int session_close(Session *session, int status);
 

@@ -97,6 +97,19 @@ static int create_temporary(OutFile *file) {
     return -1;
 }
 
+// Who may read a file that is replaced stays as it was; the owner too, where that is allowed.
+static void keep_mode(int fd, const char *path) {
+    struct stat s;
+    if (stat(path, &s) == 0) {
+        bool is_owned = fchown(fd, s.st_uid, s.st_gid) == 0;
+        // Rights of a user whom the file does not belong to are not handed on.
+        mode_t rights = is_owned ? 07777 : 0777;
+        if (fchmod(fd, s.st_mode & rights) != 0) {
+            return; // a file system without modes
+        }
+    }
+}
+
 bool outfile_open(OutFile *file, const char *path, char *message, size_t n) {
     *file = (OutFile){.fd = -1};
     message[0] = '\0';
@@ -110,6 +123,7 @@ bool outfile_open(OutFile *file, const char *path, char *message, size_t n) {
         outfile_abandon(file);
         return false;
     }
+    keep_mode(file->fd, file->path);
     return true;
 }
 

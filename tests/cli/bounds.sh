@@ -93,6 +93,13 @@ test_files_stay_within_their_folder() {
     done
     echo 'include "large.st4"' >in/scene.st4
     bounded 3 'too large' in/scene.st4 </dev/null
+    for name in out/s no-folder/s; do
+        touch out/s0001.obj
+        echo "mesh { frames = \"../$name%04d.obj\" }" >in/scene.st4
+        bounded 3 'lies outside' in/scene.st4 </dev/null
+        echo "mesh { file = \"../$name.obj\" }" >in/scene.st4
+        bounded 3 'lies outside' in/scene.st4 </dev/null
+    done
     echo 'include "self.st4"' >in/scene.st4
     bounded 3 'there is no file' in/scene.st4 </dev/null
     bounded 1 'NUL byte' /dev/zero </dev/null

@@ -203,3 +203,23 @@ test_depends_lists_what_is_read() {
     touch -d '+1 minute' 'a folder/flat $1.obj'
     ! make -q || fail 'a mesh changed, and make does nothing'
 }
+
+test_a_formatted_file_keeps_its_mode() {
+    printf '#!/usr/bin/env st4\nsphere{}\n' >run.st4
+    chmod 750 run.st4
+    expect 0 "$ST4" fmt -w run.st4
+    [ "$(stat -c %a run.st4)" = 750 ] || fail "mode $(stat -c %a run.st4)"
+}
+
+test_all_reports_are_json() {
+    echo 'print "a", 3  sphere { }' >print.st4
+    expect 0 "$ST4" check -q print.st4 --diag json
+    has "$err" '"severity":"print"'
+    local command
+    for command in 'fmt nosuch.st4' 'info nosuch.exr' 'check nosuch.st4' 'check print.st4 -f 9-' \
+        'check print.st4 -W nosuch' 'mesh print.st4'; do
+        "$ST4" $command --diag json >out 2>err && fail "$command is fine"
+        grep -qv '^{"version":1,' err && fail "$command: $(cat err)"
+    done
+    return 0
+}
