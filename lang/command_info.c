@@ -128,6 +128,16 @@ static int info_image(const Session *session, const char *path) {
     return STATUS_OK;
 }
 
+static bool is_other_picture(const char *ending) {
+    static const char *const endings[] = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".hdr"};
+    for (size_t i = 0; ending && i < sizeof endings / sizeof endings[0]; i++) {
+        if (!strcasecmp(ending, endings[i])) {
+            return true;
+        }
+    }
+    return false;
+}
+
 int command_info(Arena *arena, const Options *options) {
     const char *dot = strrchr(options->operands[0], '.');
     Session session;
@@ -135,6 +145,12 @@ int command_info(Arena *arena, const Options *options) {
         int status = session_begin(&session, arena, options);
         return status ? status
                       : session_close(&session, info_image(&session, options->operands[0]));
+    }
+    if (is_other_picture(dot)) {
+        int status = session_begin(&session, arena, options);
+        return status ? status
+                      : session_refuse(&session, STATUS_FILES, options->operands[0],
+                                       "of pictures only .exr says how it was made");
     }
     int status = session_open(&session, arena, options);
     if (status == STATUS_OK) {

@@ -28,6 +28,9 @@ void parser_init(Parser *p, Arena *arena, Symbols *symbols, const SourceFile *fi
     syntax->has_errors = !lex_check_text(file, diag);
     diag_next_statement(diag);
     p->lexer = lex_begin(file);
+    if (syntax->has_errors) { // what is no text has no other mistakes
+        p->lexer.at = p->lexer.end;
+    }
     p->token = fetch(p);
     p->next = fetch(p);
     p->last_lo = p->last_hi = p->token.lo;

@@ -359,9 +359,9 @@ static void syntax_refuses_what_is_no_text(void **state) {
         {"x = \"\xed\xa0\x80\"", 9, 1},          // a surrogate
         {"x = \"\xf4\x8f\xbf\xbf\"", 10, 0},     // the last character
         {"x = \"\xf4\x90\x80\x80\"", 10, 1},
-        {"x = \"\xe6\xbc", 7, 2}, // cut off, and the string is open
+        {"x = \"\xe6\xbc", 7, 1}, // cut off; that the string is open follows from it
         {"\xef\xbb\xbf", 3, 0},
-        {"\xff\xfex\0", 4, 2}, // UTF-16, and no statement
+        {"\xff\xfex\0", 4, 1}, // UTF-16
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         unsigned n = errors_of(cases[i].text, cases[i].size);
