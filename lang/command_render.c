@@ -72,6 +72,20 @@ static void print_result(const RenderOptions *render, const RenderStats *stats, 
             stats->tolerance_reached);
 }
 
+// What an interrupted run has left to go on from.
+static void print_interrupted(const RenderOptions *render) {
+    char picture[PATH_SIZE], path[PATH_SIZE + 16];
+    for (uint32_t i = 0; i < render->n_frames; i++) {
+        if (render_frame_path(render->out, render->frames[i], render->n_frames > 1, picture,
+                              sizeof picture) &&
+            render_checkpoint_path(picture, path, sizeof path) && access(path, F_OK) == 0) {
+            fprintf(stderr, "st4: interrupted; --resume goes on from '%s'\n", path);
+            return;
+        }
+    }
+    fprintf(stderr, "st4: interrupted; finished pictures stay\n");
+}
+
 static bool is_exr(const char *path) {
     size_t n = strlen(path);
     return n > 4 && !strcasecmp(path + n - 4, ".exr");
@@ -126,6 +140,37 @@ static int check_stats(const Options *options) {
         return refuse(STATUS_FILES, path, message);
     }
     outfile_abandon(&file);
+    return STATUS_OK;
+}
+
+static bool is_film(const char *path) {
+    size_t n = strlen(path), ending = strlen(RENDER_FILM_ENDING);
+    return n > ending && !strcasecmp(path + n - ending, RENDER_FILM_ENDING);
+}
+
+// Sums are what slices are for; pictures cannot be made from one, and nothing else from sums.
+static int check_sums(const Session *session, const RenderOptions *render, const Outputs *outputs) {
+    const OptionValue *samples = &session->options->values[OPTION_SAMPLES];
+    size_t n_films = 0;
+    for (size_t i = 0; i < outputs->n_patterns; i++) {
+        n_films += is_film(outputs->patterns[i]);
+    }
+    if (n_films && outputs->n_patterns > 1) {
+        return refuse(STATUS_USAGE, outputs->patterns[0],
+                      "a file of sums (" RENDER_FILM_ENDING ") is the only output of a run; "
+                      "'st4 merge' makes pictures from it");
+    }
+    if (samples->is_set && !n_films) {
+        return refuse(STATUS_USAGE, outputs->patterns[0],
+                      "--samples makes files of sums: a name such as part.####" RENDER_FILM_ENDING
+                      " is expected");
+    }
+    if (samples->is_set && samples->last > render->spp) {
+        fprintf(stderr,
+                "st4: error: --samples: '%s' goes beyond the %u samples per pixel; see --spp\n",
+                samples->text, render->spp);
+        return STATUS_USAGE;
+    }
     return STATUS_OK;
 }
 
@@ -194,6 +239,7 @@ static int render(const Session *session, RenderOptions *render) {
     Outputs outputs;
     find_outputs(session, &outputs);
     int status = check_outputs(session, &outputs);
+    status = status ? status : check_sums(session, render, &outputs);
     if (status) {
         return status;
     }
@@ -204,6 +250,9 @@ static int render(const Session *session, RenderOptions *render) {
     status = status ? status : convert_frames(session, &outputs);
     if (status == STATUS_OK && !option_flag(options, OPTION_QUIET)) {
         print_result(render, &stats, option_flag(options, OPTION_VERBOSE));
+    }
+    if (status == STATUS_INTERRUPTED && !option_flag(options, OPTION_QUIET)) {
+        print_interrupted(render);
     }
     int written = write_stats(options, &stats);
     return status ? status : written;

@@ -61,6 +61,7 @@ typedef enum {
     OPTION_KIND_NUMBER,  // number
     OPTION_KIND_BYTES,   // integer
     OPTION_KIND_SIZE,    // width, height
+    OPTION_KIND_RANGE,   // first, last
     OPTION_KIND_SHUTTER, // text, known to be a number and a unit
     OPTION_KIND_FRAMES,  // frames
     OPTION_KIND_CHOICE,  // integer: index of the word
@@ -88,6 +89,7 @@ typedef struct {
     uint64_t integer;
     double number;
     uint32_t width, height;
+    uint32_t first, last; // first <= last
     FrameList frames;
 } OptionValue;
 

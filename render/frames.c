@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "render/checkpoint.h"
 #include "render/interrupt.h"
 #include "render/output.h"
 #include "render/survey.h"
@@ -18,6 +19,10 @@ typedef struct {
     Scene scene; // with its camera in place
     PathScene paths;
     Film film;
+    Checkpoint checkpoint;
+    int64_t *frames; // still to render
+    uint32_t n_frames;
+    uint64_t frame_samples; // of all pixels
     Progress progress;
     PathTroubles troubles, reported;
     Arena arena;
@@ -61,38 +66,117 @@ static void troubles_init(PathTroubles *troubles, Arena *arena, const Scene *sce
     troubles->materials = ARENA_ARRAY(arena, scene->n_materials, bool);
 }
 
-static int render_frame(Run *run, const World *world, int64_t frame) {
+// Traces what the film of the frame lacks, with a checkpoint now and then.
+static bool trace_frame(Run *run, const World *world, int64_t frame, const char *picture,
+                        const FilmOrigin *origin) {
+    TilePass pass = {.frame = frame, .first = origin->first, .n = origin->n};
+    TilesOutcome outcome;
+    do {
+        pass.due = run->checkpoint.due;
+        outcome = tiles_trace(&run->paths, world, run->options, &pass, &run->film, &run->progress,
+                              run->stats, &run->troubles);
+        if (outcome != TILES_DONE) {
+            checkpoint_save(&run->checkpoint, picture, &run->film, origin, run->reporter);
+        }
+    } while (outcome == TILES_DUE);
+    return outcome == TILES_DONE;
+}
+
+// Whatever is in the way of the picture may be cleared away: the sums are kept if they can be.
+static int refuse_picture(Run *run, const char *picture, const FilmOrigin *origin,
+                          const char *why) {
+    bool is_kept = checkpoint_save(&run->checkpoint, picture, &run->film, origin, run->reporter);
+    Arena arena = {0};
+    const char *kept = is_kept ? "; its checkpoint is kept, --resume writes it again" : "";
+    run->reporter->emit(run->reporter->context, 0, NULL,
+                        arena_printf(&arena, "cannot write '%s': %s%s", picture, why, kept));
+    arena_free(&arena);
+    return STATUS_FILES;
+}
+
+// The film gets what is there of the frame already. False: reported.
+static bool begin_film(Run *run, const char *picture, const FilmOrigin *origin) {
+    bool is_fine = checkpoint_begin(&run->checkpoint, run->options, picture, &run->film, origin,
+                                    run->reporter);
+    progress_skip(&run->progress, film_counts(&run->film).total);
+    return is_fine;
+}
+
+static int make_picture(Run *run, const World *world, int64_t frame, const char *picture,
+                        const FilmOrigin *origin) {
+    char message[OUTPUT_MESSAGE_SIZE];
     double start = progress_clock();
-    progress_frame(&run->progress, frame);
-    bool is_complete = tiles_trace(&run->paths, world, run->options, frame, &run->film,
-                                   &run->progress, run->stats, &run->troubles);
+    if (!begin_film(run, picture, origin)) {
+        return STATUS_FILES;
+    }
+    bool is_complete = trace_frame(run, world, frame, picture, origin);
     double traced = progress_clock();
     run->stats->trace_seconds += traced - start;
     report_troubles(run);
     if (!is_complete) {
         return STATUS_INTERRUPTED;
     }
-    bool is_written = output_write(&run->scene, run->options, &run->film, frame, run->reporter);
+    bool is_written = output_write(picture, &run->film, origin, message, sizeof message);
     run->stats->write_seconds += progress_clock() - traced;
-    run->stats->n_frames += is_written;
-    return is_written ? STATUS_FINE : STATUS_FILES;
+    if (!is_written) {
+        return refuse_picture(run, picture, origin, message);
+    }
+    run->stats->n_frames++;
+    checkpoint_remove(picture);
+    return STATUS_FINE;
 }
 
-// Renders the block that begins with frames[first]; *n gets its length.
-static int render_block(Run *run, uint32_t first, uint32_t *n) {
-    const RenderOptions *options = run->options;
-    World *world = world_build(&run->scene, options, options->frames + first,
-                               options->n_frames - first, run->reporter, n, run->stats);
+static int render_frame(Run *run, const World *world, int64_t frame) {
+    char picture[OUTPUT_PATH_SIZE];
+    if (!output_path(run->options, frame, run->reporter, picture)) {
+        return STATUS_FILES;
+    }
+    Arena arena = {0};
+    FilmOrigin origin;
+    output_describe(&run->scene, run->options, frame, &arena, &origin);
+    progress_frame(&run->progress, frame);
+    int status = make_picture(run, world, frame, picture, &origin);
+    arena_free(&arena);
+    return status;
+}
+
+// Renders a block that begins with frames[0], of n; *n_taken gets its length.
+static int render_block(Run *run, const int64_t *frames, uint32_t n, uint32_t *n_taken) {
+    World *world =
+        world_build(&run->scene, run->options, frames, n, run->reporter, n_taken, run->stats);
     if (!world) {
         return interrupt_is_asked() ? STATUS_INTERRUPTED : STATUS_SCENE;
     }
     int status = STATUS_FINE;
-    for (uint32_t i = 0; i < *n && status == STATUS_FINE; i++) {
-        status = interrupt_is_asked() ? STATUS_INTERRUPTED
-                                      : render_frame(run, world, options->frames[first + i]);
+    for (uint32_t i = 0; i < *n_taken && status == STATUS_FINE; i++) {
+        status = interrupt_is_asked() ? STATUS_INTERRUPTED : render_frame(run, world, frames[i]);
     }
     world_destroy(world);
     return status;
+}
+
+static bool is_made(const Run *run, int64_t frame) {
+    char picture[OUTPUT_PATH_SIZE];
+    Arena arena = {0};
+    FilmOrigin origin;
+    output_describe(&run->scene, run->options, frame, &arena, &origin);
+    bool found = run->options->resume && output_path(run->options, frame, run->reporter, picture) &&
+                 output_is_made(picture, &origin);
+    arena_free(&arena);
+    return found;
+}
+
+// Which frames are still to render.
+static void find_frames(Run *run) {
+    const RenderOptions *options = run->options;
+    run->frames = ARENA_ARRAY(&run->arena, options->n_frames, int64_t);
+    for (uint32_t i = 0; i < options->n_frames; i++) {
+        if (is_made(run, options->frames[i])) {
+            progress_skip(&run->progress, run->frame_samples);
+        } else {
+            run->frames[run->n_frames++] = options->frames[i];
+        }
+    }
 }
 
 static int render_blocks(Run *run) {
@@ -104,12 +188,14 @@ static int render_blocks(Run *run) {
     film_init(&run->film, &run->arena, settings->width, settings->height);
     troubles_init(&run->troubles, &run->arena, &run->scene);
     troubles_init(&run->reported, &run->arena, &run->scene);
-    uint64_t pixels = (uint64_t)settings->width * settings->height;
-    progress_begin(&run->progress, options->progress, pixels * options->spp * options->n_frames);
+    uint64_t spp =
+        options->last_sample ? options->last_sample - options->first_sample + 1 : options->spp;
+    run->frame_samples = (uint64_t)settings->width * settings->height * spp;
+    progress_begin(&run->progress, options->progress, run->frame_samples * options->n_frames);
+    find_frames(run);
     int status = STATUS_FINE;
-    for (uint32_t first = 0, n = 0; first < options->n_frames && status == STATUS_FINE;
-         first += n) {
-        status = render_block(run, first, &n);
+    for (uint32_t i = 0, n = 0; i < run->n_frames && status == STATUS_FINE; i += n) {
+        status = render_block(run, run->frames + i, run->n_frames - i, &n);
     }
     progress_end(&run->progress);
     return status;

@@ -16,6 +16,9 @@ typedef struct {
     void *context;
 } Reporter;
 
+// The ending of files of exact sums (render/film_file.h).
+#define RENDER_FILM_ENDING ".st4film"
+
 typedef enum { PROGRESS_NONE, PROGRESS_BAR, PROGRESS_JSON } ProgressKind;
 
 typedef struct {
@@ -23,6 +26,8 @@ typedef struct {
     uint32_t n_frames;
     const char *out; // pattern: #### or %04d is the frame number; the ending is the format
     uint32_t spp;    // >= 1
+    uint32_t first_sample, last_sample; // of each pixel, from 1 to spp: a slice, whose `out` is a
+                                        // file of sums; 0, 0: all
     uint64_t seed;
     double tolerance;   // pixels; 0: as each shape says
     uint32_t n_threads; // >= 1
@@ -31,10 +36,14 @@ typedef struct {
     AccelOptions accel_options;
     bool bake;                // everything into one tree
     bool validate;            // check every structure after its build (tests)
+    double checkpoint;        // seconds between two checkpoints of a frame; 0: none, not even when
+                              // interrupted
+    bool resume;              // go on from checkpoints where there are any
     ProgressKind progress;    // to stderr
     const char *software;     // name and version of the program, for the header of the file
-    const char *command_line; // for the header of the file: what changes the picture, so that files
-                              // are equal whatever the threads, the memory and the other frames
+    const char *command_line; // for the header of the file: what changes the picture but for the
+                              // number of samples, which is added to it, so that files are equal
+                              // whatever the threads, the memory, the other frames and the slices
 } RenderOptions;
 
 typedef struct {
@@ -57,6 +66,9 @@ typedef struct {
 // were finished stay.
 int render_frames(const Scene *scene, const RenderOptions *options, const Reporter *reporter,
                   RenderStats *stats);
+
+// Where the checkpoint of a picture is: its path and ".checkpoint". False: size is too small.
+bool render_checkpoint_path(const char *picture, char *path, size_t size);
 
 // What `st4 check` says of a shape without tracing: how its motion was sampled in these frames.
 typedef struct {

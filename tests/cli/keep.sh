@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+# No work is lost: checkpoints, slices, several runs in one folder.
+
+# A scene that takes a while for its few pixels, in three frames.
+make_scene() {
+    cat >ball.st4 <<'END'
+film { size = <48, 32>  frames = 1..3 }
+sky {}
+let up = 0.2*sin(1turn*t)
+for i in 0..20 { sphere { radius = 0.3  center = <i % 5, i / 5, 0> + <0, up, 0>  material = gloss(<0.8, 0.3, 0.2>) } }
+plane { offset = -0.5 }
+END
+}
+
+# Seconds, from 0.0x to 0.4.
+moment() {
+    printf '0.%03d' $((RANDOM % 380 + 20))
+}
+
+# A run that is ended by a signal within a moment, or is not.
+stopped() {
+    local signal=$1
+    shift
+    timeout --preserve-status -s "$signal" "$(moment)" "$ST4" "$@" -q >.out 2>.err </dev/null
+}
+
+test_kills_cost_nothing_but_time() {
+    make_scene
+    RANDOM=${SEED:-1}
+    local frame kills=$([ -n "${STRESS-}" ] && echo 1000 || echo 20) n=0 resumed=0 j
+    expect 0 "$ST4" ball.st4 -s 400 -o whole.####.exr
+    while [ $n -lt $kills ]; do
+        j=$((n % 3 * 2 + 1))
+        [ -e part.0001.exr.checkpoint ] && resumed=$((resumed + 1))
+        stopped KILL ball.st4 -s 400 -j $j -o part.####.exr --checkpoint 0.01 --resume
+        case $? in
+        0) rm -f part.*.exr ;;
+        137) n=$((n + 1)) ;;
+        *) fail "exit status $?: $(cat .err)" ;;
+        esac
+        for frame in part.*.exr; do
+            [ ! -e "$frame" ] || same "$frame" "whole${frame#part}"
+        done
+        find . -name '.part*.tmp' -delete
+    done
+    [ $resumed -gt 0 ] || fail 'no run went on from a checkpoint'
+    expect 0 "$ST4" ball.st4 -s 400 -o part.####.exr --resume
+    for frame in 1 2 3; do
+        same part.000$frame.exr whole.000$frame.exr
+        [ ! -e part.000$frame.exr.checkpoint ] || fail 'a checkpoint is left'
+    done
+}
+
+test_interrupted_runs_go_on() {
+    make_scene
+    local j n
+    expect 0 "$ST4" ball.st4 -f 2 -s 1000 -o whole.exr
+    for j in 1 2 5; do
+        n=0
+        until timeout --preserve-status -s INT 0.5 "$ST4" ball.st4 -f 2 -s 1000 -j $j \
+            -o part.exr --resume >.out 2>.err; do
+            n=$((n + 1))
+            [ ! -e part.exr ] || fail 'a picture that is not finished'
+            [ $n -lt 1000 ] || fail "no end: $(cat .err)"
+        done
+        same whole.exr part.exr
+        [ -z "$(find . -name '*checkpoint*')" ] || fail 'a checkpoint is left'
+        rm part.exr
+    done
+}
+
+# begin OPTIONS...: an interrupted run of frame 1, which leaves part.exr.checkpoint.
+begin() {
+    timeout --preserve-status -s INT 20 "$ST4" ball.st4 -f 1 -s 1000000 -o part.exr \
+        --checkpoint 0.05 "$@" >.out 2>.err &
+    local pid=$!
+    until [ -e part.exr.checkpoint ] || ! kill -0 $pid; do
+        sleep 0.05
+    done
+    kill -INT $pid
+    wait $pid
+    [ $? = 130 ] || fail "not interrupted: $(cat .err)"
+    has "$(cat .err)" "--resume goes on from 'part.exr.checkpoint'"
+}
+
+test_resume_refuses_other_runs() {
+    make_scene
+    begin
+    local args what
+    while IFS=: read -r args what; do
+        # shellcheck disable=SC2086
+        expect 3 "$ST4" ball.st4 -f 1 -s 1000000 -o part.exr --resume $args
+        has "$err" "cannot resume from 'part.exr.checkpoint'"
+        has "$err" "$what"
+    done <<'END'
+--seed 7:its seed is 0, where 7 is asked for
+--size 32x32:its size is 48x32, where 32x32 is asked for
+--tolerance 2:its tolerance is 0, where 2 is asked for
+--shutter 0:its shutter is -0.25 to 0.25 frame periods, where
+--fps 25:where
+--bake:its bake is 0, where 1 is asked for
+-s 1:samples per pixel, where 1 are asked for
+END
+    sed 's/0\.3,/0.4,/' ball.st4 >other.st4
+    expect 3 "$ST4" other.st4 -f 1 -s 1000000 -o part.exr --resume
+    has "$err" 'its sceneHash is'
+    # Of the wrong frame.
+    cp part.exr.checkpoint part.0002.exr.checkpoint
+    expect 3 "$ST4" ball.st4 -f 2 -s 1000000 -o part.####.exr --resume
+    has "$err" 'its frame is 1, where 2 is asked for'
+    [ ! -e part.exr ] || fail 'a picture was written'
+}
+
+test_resume_takes_more_samples() {
+    make_scene
+    begin --size 160x120 -s 60
+    cp part.exr.checkpoint kept
+    expect 0 "$ST4" ball.st4 -f 1 --size 160x120 -s 70 -o part.exr --resume
+    expect 0 "$ST4" ball.st4 -f 1 --size 160x120 -s 70 -o whole.exr
+    same part.exr whole.exr
+    # Without --resume it is said to be there, and not replaced by one that has less.
+    cp kept part.exr.checkpoint
+    stopped INT ball.st4 -f 1 --size 160x120 -s 1000000 -o part.exr --checkpoint 0.001 -j 1
+    expect 0 "$ST4" ball.st4 -f 1 --size 160x120 -s 60 -o part.exr
+    has "$err" 'Wcheckpoint-not-used'
+    [ ! -e part.exr.checkpoint ] || fail 'a checkpoint is left'
+}
+
+# A finished picture of the same settings is not made again.
+test_resume_leaves_finished_pictures() {
+    make_scene
+    expect 0 "$ST4" ball.st4 -s 4 -f 1-2 -o part.####.exr
+    expect 0 "$ST4" ball.st4 -s 4 -o part.####.exr --resume --stats stats.json
+    has "$(cat stats.json)" '"frames": 1,'
+    expect 0 "$ST4" ball.st4 -s 4 -o whole.####.exr
+    local frame
+    for frame in 1 2 3; do
+        same part.000$frame.exr whole.000$frame.exr
+    done
+    expect 0 "$ST4" ball.st4 -s 5 -o part.####.exr --resume --stats stats.json
+    has "$(cat stats.json)" '"frames": 3,'
+}
+
+test_damaged_checkpoints_are_not_believed() {
+    make_scene
+    begin
+    local size place
+    size=$(wc -c <part.exr.checkpoint)
+    mv part.exr.checkpoint kept
+    resume() {
+        expect 3 "$ST4" ball.st4 -f 1 -s 1000000 -o part.exr --resume
+        has "$err" "cannot resume from 'part.exr.checkpoint': $1"
+    }
+    for place in 0 1 8 15 16 100 $((size - 1)); do
+        head -c "$place" kept >part.exr.checkpoint
+        resume ''
+    done
+    for place in 16 40 300 5000 $((size / 2)) $((size - 3)); do
+        cp kept part.exr.checkpoint
+        printf '\377\125' | dd of=part.exr.checkpoint bs=1 seek="$place" conv=notrunc 2>/dev/null
+        resume damaged
+    done
+    (cat kept && echo) >part.exr.checkpoint
+    resume damaged
+    cp kept part.exr.checkpoint
+    printf '\11' | dd of=part.exr.checkpoint bs=1 seek=8 conv=notrunc 2>/dev/null
+    resume 'a file of sums of version 9, where this st4 reads version 1'
+    echo 'nothing of the kind, and long enough' >part.exr.checkpoint
+    resume 'not a file of sums'
+    : >part.exr.checkpoint
+    resume 'not a file of sums'
+    rm part.exr.checkpoint
+    mkdir part.exr.checkpoint
+    resume 'cannot read'
+}
+
+# A checkpoint that cannot be written is no reason to stop.
+test_runs_go_on_without_checkpoints() {
+    make_scene
+    mkdir part.exr.checkpoint
+    expect 0 "$ST4" ball.st4 -f 1 --size 160x120 -s 60 -o part.exr --checkpoint 0.001 --color never
+    [ "$(grep -c 'warning: cannot save the checkpoint' <<<"$err")" = 1 ] || fail "$err"
+    has "$err" 'it is a folder'
+    has "$err" 'Wcheckpoint-not-saved'
+    [ -s part.exr ] || fail 'no picture'
+}
