@@ -6,6 +6,7 @@
 #include <strings.h>
 
 #include "lang/session.h"
+#include "render/film_file.h"
 #include "render/image.h"
 
 typedef struct {
@@ -129,10 +130,39 @@ static int info_image(Arena *arena, const char *path) {
     return STATUS_OK;
 }
 
+// Reads all of it, so that damage shows.
+static int info_film(Arena *arena, const char *path) {
+    Film film;
+    FilmOrigin origin;
+    char message[256];
+    if (!film_file_read(arena, path, &film, &origin, message, sizeof message)) {
+        fprintf(stderr, "st4: error: %s: %s\n", path, message);
+        return STATUS_FILES;
+    }
+    FilmCounts counts = film_counts(&film);
+    printf("%-20s %ux%u\n", "size", origin.width, origin.height);
+    printf("%-20s %u to %u of %u\n", "samples", origin.first + 1, origin.first + origin.n,
+           origin.spp);
+    printf("%-20s %u to %u a pixel%s\n", "done", counts.least, counts.most,
+           counts.least < origin.n ? ", not finished" : "");
+    for (uint32_t i = 0; i < origin.n_attributes; i++) {
+        if (strcmp(origin.attributes[i].name, "samples") != 0) {
+            print_attribute(&origin.attributes[i]);
+        }
+    }
+    for (uint32_t i = 0; i < origin.n_settings; i++) {
+        print_attribute(&origin.settings[i]);
+    }
+    return STATUS_OK;
+}
+
 int command_info(Arena *arena, const Options *options) {
     const char *dot = strrchr(options->operands[0], '.');
     if (dot && !strcasecmp(dot, ".exr")) {
         return info_image(arena, options->operands[0]);
+    }
+    if (film_file_is(options->operands[0])) {
+        return info_film(arena, options->operands[0]);
     }
     Session session;
     int status = session_open(&session, arena, options);

@@ -238,8 +238,8 @@ static int render(const Session *session, RenderOptions *render) {
     const Options *options = session->options;
     Outputs outputs;
     find_outputs(session, &outputs);
-    int status = check_outputs(session, &outputs);
-    status = status ? status : check_sums(session, render, &outputs);
+    int status = check_sums(session, render, &outputs);
+    status = status ? status : check_outputs(session, &outputs);
     if (status) {
         return status;
     }

@@ -42,6 +42,7 @@ enum {
     ON_FMT = 1 << COMMAND_FMT,
     ON_DEPENDS = 1 << COMMAND_DEPENDS,
     ON_COMPARE = 1 << COMMAND_COMPARE,
+    ON_MERGE = 1 << COMMAND_MERGE,
     ON_SCENE = ON_RENDER | ON_CHECK,
     ON_LOAD = ON_SCENE | ON_INFO | ON_EVAL | ON_MESH | ON_DEPENDS, // those that read a scene
     ON_ALL = (1 << COMMAND_COUNT) - 1,

@@ -95,7 +95,7 @@ static size_t folder_length(const char *path) {
     return slash ? (size_t)(slash - path) : 0;
 }
 
-static bool write_check(const char *path, char *message, size_t n) {
+bool output_check_path(const char *path, char *message, size_t n) {
     OutFile file;
     if (!film_file_has_ending(path)) {
         return image_write_check(path, message, n);
@@ -118,7 +118,7 @@ bool output_check(const RenderOptions *options, const Reporter *reporter) {
         if (i > 0 && folder == folder_length(checked) && !memcmp(path, checked, folder)) {
             continue;
         }
-        if (!write_check(path, message, sizeof message)) {
+        if (!output_check_path(path, message, sizeof message)) {
             return refuse(reporter, path, message);
         }
         memcpy(checked, path, sizeof checked);
@@ -170,7 +170,7 @@ void output_describe(const Scene *scene, const RenderOptions *options, int64_t f
         text("command", options->command_line),
         text("seed", arena_printf(arena, "%llu", (unsigned long long)options->seed)),
         text("shutter", interval),
-        number("samples", ATTRIBUTE_INT, options->spp),
+        number("samples", ATTRIBUTE_INT, 0), // known when the picture is written
         number("frame", ATTRIBUTE_INT, (double)frame),
         number("expTime", ATTRIBUTE_FLOAT, shutter->length / film->fps),
         rational("framesPerSecond", film->fps),

@@ -11,6 +11,9 @@ enum { OUTPUT_PATH_SIZE = 4096, OUTPUT_MESSAGE_SIZE = 512 };
 // Checks every path before the first ray. On failure: false, one error through the reporter.
 bool output_check(const RenderOptions *options, const Reporter *reporter);
 
+// Whether a picture or a file of sums can be expected to be written there. False: a sentence.
+bool output_check_path(const char *path, char *message, size_t n);
+
 // The path of one frame's picture. On failure as above.
 bool output_path(const RenderOptions *options, int64_t frame, const Reporter *reporter,
                  char path[OUTPUT_PATH_SIZE]);

@@ -184,3 +184,98 @@ test_runs_go_on_without_checkpoints() {
     has "$err" 'Wcheckpoint-not-saved'
     [ -s part.exr ] || fail 'no picture'
 }
+
+slice() { # A B OPTIONS...: samples A to B to A-B.st4film
+    expect 0 "$ST4" ball.st4 -f 2 -s 64 --samples "$1-$2" -o "$1-$2.st4film" -q "${@:3}"
+}
+
+test_slices_add_up_to_the_same_bytes() {
+    make_scene
+    local j
+    expect 0 "$ST4" ball.st4 -f 2 -s 64 -o whole.exr -q
+    expect 0 "$ST4" ball.st4 -f 2 -s 64 -o whole.st4film -q
+    expect 0 "$ST4" ball.st4 -f 2 -s 64 -o whole.png -q
+    for j in 1 2 5; do
+        slice 1 32 -j $j
+        slice 33 50 -j $j
+        slice 51 64 -j $((j % 2 + 1))
+        expect 0 "$ST4" merge 51-64.st4film 1-32.st4film 33-50.st4film -o merged.exr \
+            -o merged.st4film -o merged.png
+        has "$err" 'samples 1 to 64 of 64'
+        same merged.exr whole.exr
+        same merged.st4film whole.st4film
+        same merged.png whole.png
+    done
+    # By way of a part of them, and with more samples later.
+    expect 0 "$ST4" merge 51-64.st4film 33-50.st4film -o later.st4film -q
+    expect 0 "$ST4" merge 1-32.st4film later.st4film -o merged.exr -q
+    same merged.exr whole.exr
+    expect 0 "$ST4" ball.st4 -f 2 -s 80 --samples 65-80 -o more.st4film -q
+    expect 0 "$ST4" merge whole.st4film more.st4film -o merged.exr -q
+    expect 0 "$ST4" ball.st4 -f 2 -s 80 -o more.exr -q
+    same merged.exr more.exr
+    expect 0 "$ST4" info later.st4film
+    has "$out" '33 to 64 of 64'
+}
+
+test_slices_are_refused() {
+    make_scene
+    local args what
+    slice 1 32
+    slice 33 64
+    cp 1-32.st4film a.st4film
+    while IFS=: read -r args what; do
+        # shellcheck disable=SC2086
+        expect 0 "$ST4" ball.st4 -f 2 -s 64 --samples 33-64 -o other.st4film -q $args
+        expect 3 "$ST4" merge a.st4film other.st4film -o no.exr
+        has "$err" "a.st4film and other.st4film are not of one picture: the $what"
+    done <<'END'
+--seed 3:seed of one is 0, of the other 3
+--size 32x32:size of one is 48x32, of the other 32x32
+-f 3:frame of one is 2, of the other 3
+--tolerance 2:tolerance of one is 0, of the other 2
+END
+    sed 's/0\.3,/0.4,/' ball.st4 >other.st4
+    expect 0 "$ST4" other.st4 -f 2 -s 64 --samples 33-64 -o other.st4film -q
+    expect 3 "$ST4" merge a.st4film other.st4film -o no.exr
+    has "$err" 'the sceneHash of one is'
+    expect 3 "$ST4" merge a.st4film 1-32.st4film -o no.exr
+    has "$err" 'overlap: samples 1 to 32 are in both'
+    expect 3 "$ST4" merge a.st4film -o no.exr
+    has "$err" 'samples 33 to 64 of 64 are missing'
+    expect 3 "$ST4" merge 33-64.st4film -o no.exr
+    has "$err" 'samples 1 to 32 of 64 are missing'
+    slice 40 64
+    expect 3 "$ST4" merge a.st4film 40-64.st4film -o no.st4film
+    has "$err" 'samples 33 to 39 are missing, between a.st4film and 40-64.st4film'
+    expect 3 "$ST4" merge a.st4film missing.st4film -o no.exr
+    has "$err" 'missing.st4film: cannot read'
+    head -c 5000 33-64.st4film >short.st4film
+    expect 3 "$ST4" merge a.st4film short.st4film -o no.exr
+    has "$err" 'short.st4film: damaged'
+    expect 3 "$ST4" info short.st4film
+    printf 'x' | dd of=33-64.st4film bs=1 seek=20000 conv=notrunc 2>/dev/null
+    expect 3 "$ST4" merge a.st4film 33-64.st4film -o no.exr
+    has "$err" '33-64.st4film: damaged: the checksum'
+    expect 3 "$ST4" merge ball.st4 a.st4film -o no.exr
+    has "$err" 'ball.st4: not a file of sums'
+    expect 3 "$ST4" merge a.st4film -o none/no.st4film
+    begin
+    expect 3 "$ST4" merge part.exr.checkpoint -o no.exr
+    has "$err" 'not finished: pixels have'
+    expect 0 "$ST4" info part.exr.checkpoint
+    has "$out" 'not finished'
+    [ ! -e no.exr ] && [ ! -e no.st4film ] || fail 'something was written'
+}
+
+# A slice is a run like others: it can be interrupted.
+test_slices_go_on() {
+    make_scene
+    expect 0 "$ST4" ball.st4 -f 2 -s 1000 --samples 401-1000 -o whole.st4film -q
+    until timeout --preserve-status -s INT 0.5 "$ST4" ball.st4 -f 2 -s 1000 --samples 401-1000 \
+        -o part.st4film --resume -q; do
+        expect 3 "$ST4" ball.st4 -f 2 -s 1000 --samples 400-1000 -o part.st4film --resume
+        has "$err" 'it begins with sample 401, where sample 400 is asked for'
+    done
+    same whole.st4film part.st4film
+}
