@@ -52,8 +52,14 @@ static void print_result(const RenderOptions *render, const RenderStats *stats, 
                            sizeof last)) {
         return;
     }
-    fprintf(stderr, "st4: wrote %s%s%s in %.1f s\n", first, many ? " to " : "", many ? last : "",
-            seconds);
+    if (stats->n_skipped_frames) {
+        fprintf(stderr, "st4: wrote %llu frames of %s%s%s in %.1f s, left %llu\n",
+                (unsigned long long)stats->n_frames, first, many ? " to " : "", many ? last : "",
+                seconds, (unsigned long long)stats->n_skipped_frames);
+    } else {
+        fprintf(stderr, "st4: wrote %s%s%s in %.1f s\n", first, many ? " to " : "",
+                many ? last : "", seconds);
+    }
     if (!is_verbose) {
         return;
     }
@@ -196,13 +202,37 @@ static int check_outputs(const Session *session, const Outputs *outputs) {
     return check_stats(session->options);
 }
 
+// What the other pictures are made with.
+typedef struct {
+    const Session *session;
+    const Outputs *outputs;
+} Conversion;
+
+// Whether one of a frame's other pictures is missing.
+static bool lacks_picture(const Outputs *outputs, int64_t frame) {
+    char path[PATH_SIZE];
+    for (size_t i = 1; i < outputs->n_patterns; i++) {
+        if (render_frame_path(outputs->patterns[i], frame, outputs->is_numbered, path,
+                              sizeof path) &&
+            access(path, F_OK) != 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 // Makes the other pictures of one frame from its .exr.
-static int convert_frame(const Session *session, const Outputs *outputs, int64_t frame) {
-    const FilmSettings *film = &session->scene->film;
+static int convert_frame(void *context, int64_t frame, bool was_there) {
+    const Conversion *conversion = context;
+    const Outputs *outputs = conversion->outputs;
+    const FilmSettings *film = &conversion->session->scene->film;
     char from[PATH_SIZE], to[PATH_SIZE], message[256] = "the name is too long";
     Arena arena = {0};
     Image image;
     int status = STATUS_OK;
+    if (outputs->n_patterns < 2 || (was_there && !lacks_picture(outputs, frame))) {
+        return STATUS_OK;
+    }
     if (!render_frame_path(outputs->patterns[0], frame, outputs->is_numbered, from, sizeof from) ||
         !image_read_exr(&arena, from, &image, message, sizeof message)) {
         status = refuse(STATUS_FILES, from, message);
@@ -214,14 +244,6 @@ static int convert_frame(const Session *session, const Outputs *outputs, int64_t
         }
     }
     arena_free(&arena);
-    return status;
-}
-
-static int convert_frames(const Session *session, const Outputs *outputs) {
-    int status = STATUS_OK;
-    for (uint32_t i = 0; outputs->n_patterns > 1 && i < session->n_frames && !status; i++) {
-        status = convert_frame(session, outputs, session->frames[i]);
-    }
     return status;
 }
 
@@ -246,8 +268,10 @@ static int render(const Session *session, RenderOptions *render) {
     RenderStats stats = {0};
     render->out = outputs.patterns[0];
     render->progress = progress_kind(options);
+    Conversion conversion = {session, &outputs};
+    render->finished = convert_frame;
+    render->finished_context = &conversion;
     status = render_frames(session->scene, render, &session->reporter, &stats);
-    status = status ? status : convert_frames(session, &outputs);
     if (status == STATUS_OK && !option_flag(options, OPTION_QUIET)) {
         print_result(render, &stats, option_flag(options, OPTION_VERBOSE));
     }

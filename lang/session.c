@@ -174,6 +174,7 @@ bool session_render_options(const Session *session, RenderOptions *render) {
         .last_sample = values[OPTION_SAMPLES].last,
         .checkpoint = values[OPTION_CHECKPOINT].number,
         .resume = option_flag(session->options, OPTION_RESUME),
+        .skip_existing = option_flag(session->options, OPTION_SKIP_EXISTING),
         .n_threads = n_threads ? (uint32_t)n_threads : (uint32_t)omp_get_num_procs(),
         .memory = values[OPTION_MEMORY].integer,
         .accel = find_accel(values[OPTION_ACCEL].text),

@@ -21,6 +21,10 @@ typedef struct {
 
 typedef enum { PROGRESS_NONE, PROGRESS_BAR, PROGRESS_JSON } ProgressKind;
 
+// Called for each frame whose picture is there: was_there, before this run. What it returns, unless
+// it is 0, ends the run as its exit status.
+typedef int FrameFinished(void *context, int64_t frame, bool was_there);
+
 typedef struct {
     const int64_t *frames; // film frame numbers in the order to render, n_frames >= 1
     uint32_t n_frames;
@@ -34,11 +38,14 @@ typedef struct {
     size_t memory;      // bytes for vertex arrays and trees of a block of frames; 0: 4 GiB
     const AccelType *accel;
     AccelOptions accel_options;
-    bool bake;                // everything into one tree
-    bool validate;            // check every structure after its build (tests)
-    double checkpoint;        // seconds between two checkpoints of a frame; 0: none, not even when
-                              // interrupted
-    bool resume;              // go on from checkpoints where there are any
+    bool bake;          // everything into one tree
+    bool validate;      // check every structure after its build (tests)
+    double checkpoint;  // seconds between two checkpoints of a frame; 0: none, not even when
+                        // interrupted
+    bool resume;        // go on from checkpoints; leave pictures that this run would make the same
+    bool skip_existing; // leave pictures that are there, and frames that other processes lock
+    FrameFinished *finished; // NULL: none
+    void *finished_context;
     ProgressKind progress;    // to stderr
     const char *software;     // name and version of the program, for the header of the file
     const char *command_line; // for the header of the file: what changes the picture but for the
@@ -50,7 +57,9 @@ typedef struct {
     double parse_seconds, sample_seconds, segment_seconds, build_seconds, trace_seconds,
         write_seconds;
     size_t vertex_bytes, segment_bytes, tree_bytes;
-    uint64_t n_objects, n_triangles, n_spheres, n_keys, n_blocks, n_frames;
+    uint64_t n_objects, n_triangles, n_spheres, n_keys, n_blocks;
+    uint64_t n_frames;         // pictures written
+    uint64_t n_skipped_frames; // that were there, or that others have locked
     uint64_t camera_rays, shadow_rays, bounce_rays;
     uint64_t vertex_evaluations;                        // vertices times instants
     uint64_t lens_samples, light_samples, time_samples; // drawn; 0 where the scene needs none

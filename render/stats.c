@@ -71,6 +71,7 @@ static void write_scene(Json *json, const RenderStats *stats) {
     count(json, "keys", stats->n_keys);
     count(json, "blocks", stats->n_blocks);
     count(json, "frames", stats->n_frames);
+    count(json, "skipped_frames", stats->n_skipped_frames);
     count(json, "vertex_evaluations", stats->vertex_evaluations);
     real(json, "tolerance_reached", stats->tolerance_reached);
     close_object(json);

@@ -114,14 +114,17 @@ END
 test_resume_takes_more_samples() {
     make_scene
     begin --size 160x120 -s 60
-    cp part.exr.checkpoint kept
     expect 0 "$ST4" ball.st4 -f 1 --size 160x120 -s 70 -o part.exr --resume
     expect 0 "$ST4" ball.st4 -f 1 --size 160x120 -s 70 -o whole.exr
     same part.exr whole.exr
     # Without --resume it is said to be there, and not replaced by one that has less.
-    cp kept part.exr.checkpoint
-    stopped INT ball.st4 -f 1 --size 160x120 -s 1000000 -o part.exr --checkpoint 0.001 -j 1
-    expect 0 "$ST4" ball.st4 -f 1 --size 160x120 -s 60 -o part.exr
+    expect 0 "$ST4" ball.st4 -f 1 -s 40 -o all.st4film
+    cp all.st4film part.exr.checkpoint
+    rm part.exr
+    stopped KILL ball.st4 -f 1 -s 40 -o part.exr --checkpoint 0.001
+    [ -e part.exr ] || same part.exr.checkpoint all.st4film
+    cp all.st4film part.exr.checkpoint
+    expect 0 "$ST4" ball.st4 -f 1 -s 40 -o part.exr
     has "$err" 'Wcheckpoint-not-used'
     [ ! -e part.exr.checkpoint ] || fail 'a checkpoint is left'
 }
@@ -278,4 +281,94 @@ test_slices_go_on() {
         has "$err" 'it begins with sample 401, where sample 400 is asked for'
     done
     same whole.st4film part.st4film
+}
+
+# Five processes at ten frames, each of which is rendered by one, as their statistics say.
+test_frames_are_shared_out() {
+    make_scene
+    local i pids=() total
+    expect 0 "$ST4" ball.st4 -f 1-10 -s 40 -o whole.####.exr -q
+    for i in 1 2 3 4 5; do
+        "$ST4" ball.st4 -f 1-10 -s 40 -o part.####.exr -o part.####.png --skip-existing -j 1 \
+            --stats stats$i.json -Wno-frame-locked 2>err$i </dev/null &
+        pids+=($!)
+    done
+    for i in "${pids[@]}"; do
+        wait "$i" || fail "$(cat err*)"
+    done
+    total=$(cat stats?.json | awk '/"frames"/ { n += $2 } END { print n }')
+    [ "$total" = 10 ] || fail "$total frames were rendered: $(cat err*)"
+    for i in 01 02 03 04 05 06 07 08 09 10; do
+        same part.00$i.exr whole.00$i.exr
+        [ -s part.00$i.png ] || fail "no part.00$i.png"
+    done
+    [ -z "$(ls ./*.lock 2>/dev/null)" ] || fail 'a lock is left'
+}
+
+test_pictures_that_exist_are_left() {
+    make_scene
+    echo mine >part.0002.exr
+    expect 0 "$ST4" ball.st4 -s 4 -o part.####.exr --skip-existing
+    has "$err" 'wrote 2 frames'
+    has "$err" 'left 1'
+    [ "$(cat part.0002.exr)" = mine ] || fail 'overwritten'
+    # A kind of picture that is missing is made from what is there.
+    expect 0 "$ST4" ball.st4 -s 4 -f 1 -o part.####.exr -o part.####.png --skip-existing
+    [ -s part.0001.png ] || fail 'no PNG'
+}
+
+test_stale_locks_are_taken_over() {
+    make_scene
+    # Of a process of this machine that was killed.
+    "$ST4" ball.st4 -f 1 -s 10000000 -o part.exr --skip-existing -q &
+    local pid=$!
+    until [ -s part.exr.lock ] || ! kill -0 $pid; do
+        sleep 0.05
+    done
+    expect 0 "$ST4" ball.st4 -f 1 -s 4 -o part.exr --skip-existing --color never
+    has "$err" "warning: frame 1 is left to process $pid on"
+    has "$err" "'part.exr.lock'"
+    [ ! -e part.exr ] || fail 'rendered twice at once'
+    kill -KILL $pid
+    wait $pid
+    [ -e part.exr.lock ] || fail 'the lock is gone too early'
+    expect 0 "$ST4" ball.st4 -f 1 -s 4 -o part.exr --skip-existing -Werror
+    [ -s part.exr ] && [ ! -e part.exr.lock ] || fail 'not taken over'
+    # Of another machine: until the file is removed.
+    rm part.exr
+    echo 'elsewhere.example 17 2026-01-02T03:04:05Z' >part.exr.lock
+    expect 0 "$ST4" ball.st4 -f 1 -s 4 -o part.exr --skip-existing
+    has "$err" 'process 17 on elsewhere.example since 2026-01-02T03:04:05Z'
+    [ ! -e part.exr ] && [ -e part.exr.lock ] || fail 'the lock was not respected'
+    # Just made, then left without content for long.
+    : >part.exr.lock
+    expect 0 "$ST4" ball.st4 -f 1 -s 4 -o part.exr --skip-existing
+    [ ! -e part.exr ] || fail 'a lock in the making was not respected'
+    touch -d '1 minute ago' part.exr.lock
+    expect 0 "$ST4" ball.st4 -f 1 -s 4 -o part.exr --skip-existing -Werror
+    [ -s part.exr ] && [ ! -e part.exr.lock ] || fail 'not taken over'
+}
+
+# Two processes, killed again and again, in one folder: each frame comes out, once, whole.
+test_kills_lose_no_frame_of_several_runs() {
+    make_scene
+    RANDOM=${SEED:-2}
+    local n kills=$([ -n "${STRESS-}" ] && echo 500 || echo 10) frame
+    expect 0 "$ST4" ball.st4 -f 1-4 -s 300 -o whole.####.exr -q
+    for ((n = 0; n < kills; n++)); do
+        for frame in 1 2; do
+            (stopped KILL ball.st4 -f 1-4 -s 300 -j 1 -o part.####.exr --skip-existing --resume \
+                --checkpoint 0.02) &
+        done
+        wait
+        for frame in part.*.exr; do
+            [ ! -e "$frame" ] || same "$frame" "whole${frame#part}"
+        done
+        [ -e part.0004.exr ] && rm part.*.exr
+    done
+    expect 0 "$ST4" ball.st4 -f 1-4 -s 300 -o part.####.exr --skip-existing --resume -Werror
+    for frame in 1 2 3 4; do
+        same part.000$frame.exr whole.000$frame.exr
+    done
+    [ -z "$(ls ./*.lock ./*.checkpoint 2>/dev/null)" ] || fail 'something is left'
 }
