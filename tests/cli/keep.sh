@@ -372,3 +372,79 @@ test_kills_lose_no_frame_of_several_runs() {
     done
     [ -z "$(ls ./*.lock ./*.checkpoint 2>/dev/null)" ] || fail 'something is left'
 }
+
+# nothing_left FOLDER: no picture, whole or half, and nothing temporary.
+nothing_left() {
+    [ -z "$(ls -A "$1")" ] || fail "left behind: $(ls -A "$1")"
+}
+
+test_full_disks_leave_nothing_half_written() {
+    make_scene
+    local format
+    mkdir small
+    (
+        ulimit -f 20
+        expect 3 "$ST4" ball.st4 -f 1 --size 200x200 -s 1 -o small/a.exr --checkpoint 0.001
+        has "$err" "cannot write 'small/a.exr': cannot write: File too large"
+        nothing_left small
+        expect 3 "$ST4" ball.st4 -f 1 --size 200x200 -s 1 -o small/a.st4film
+        has "$err" 'File too large'
+        nothing_left small
+        for format in png jpg tif bmp tga webp; do
+            expect 3 "$ST4" ball.st4 -f 1 --size 400x400 -s 1 -o small/a.$format --checkpoint 0
+            has "$err" "cannot write 'small/a.$format': cannot write: File too large"
+            nothing_left small
+        done
+    ) || exit 1
+    # A disk of its own, where mounting is allowed.
+    mount -t tmpfs -o size=64k none small 2>/dev/null || return 0
+    (
+        expect 3 "$ST4" ball.st4 -f 1 --size 200x200 -s 1 -o small/a.exr
+        has "$err" "cannot write 'small/a.exr': cannot write: No space left on device"
+        nothing_left small
+        expect 3 "$ST4" ball.st4 -f 1 --size 200x200 -s 1 -o small/a.st4film
+        has "$err" 'No space left on device'
+        nothing_left small
+        # What has room stays.
+        expect 3 "$ST4" ball.st4 --size 60x40 -f 1-9 -s 1 -o small/a.####.exr
+        expect 0 "$ST4" info small/a.0001.exr
+        [ -z "$(find small -name '*.tmp')" ] || fail "$(ls -A small)"
+    )
+    local status=$?
+    umount small
+    return $status
+}
+
+test_folders_that_cannot_be_written_are_told_before_the_first_ray() {
+    make_scene
+    local path
+    for path in none/a.exr none/a.st4film /proc/a.exr ball.st4/a.exr; do
+        expect 3 "$ST4" ball.st4 -f 1 -s 10000000 -o "$path"
+        has "$err" "cannot write '$path': cannot create"
+    done
+    mkdir locked
+    chmod a-w locked
+    [ -w locked ] || { # to the superuser it is
+        expect 3 "$ST4" ball.st4 -f 1 -s 10000000 -o locked/a.exr --skip-existing
+        has "$err" 'Permission denied'
+    }
+}
+
+# What is in the way of a finished picture costs nothing but a second run.
+test_pictures_that_cannot_be_written_keep_their_sums() {
+    make_scene
+    "$ST4" ball.st4 -f 1 --size 160x120 -s 60 -o part.exr --checkpoint 0.02 2>.err </dev/null &
+    local pid=$!
+    until [ -e part.exr.checkpoint ] || ! kill -0 $pid; do
+        sleep 0.02
+    done
+    mkdir part.exr
+    wait $pid
+    [ $? = 3 ] || fail "no failure: $(cat .err)"
+    has "$(cat .err)" "cannot write 'part.exr': cannot write: it is a folder; its checkpoint is kept"
+    rmdir part.exr
+    expect 0 "$ST4" ball.st4 -f 1 --size 160x120 -s 60 -o part.exr --resume --stats stats.json
+    grep -q '"camera": 0,' stats.json || fail 'samples were traced again'
+    expect 0 "$ST4" ball.st4 -f 1 --size 160x120 -s 60 -o whole.exr
+    same part.exr whole.exr
+}
