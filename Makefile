@@ -14,7 +14,7 @@ CXX ?= c++
 
 # The one list of system packages (Debian 12, Ubuntu 24.04).
 PACKAGES := gcc g++ make pkg-config libopenexr-dev libopenimageio-dev libsleef-dev libassimp-dev \
-            libcmocka-dev mandoc clang-format clang libclang-rt-dev
+            zlib1g-dev libcmocka-dev mandoc clang-format clang libclang-rt-dev
 # For the benchmarks alone.
 BENCH_PACKAGES := libembree-dev
 
@@ -36,7 +36,7 @@ COMMON := -I. -MMD -MP -fopenmp -fPIC -ffp-contract=off -fno-math-errno $(WARNIN
 ALL_CFLAGS = -std=c11 -pedantic -D_XOPEN_SOURCE=700 -Wstrict-prototypes -Wmissing-prototypes \
              $(COMMON) $(CFLAGS)
 ALL_CXXFLAGS = -std=c++17 $(COMMON) $(CXXFLAGS)
-LDLIBS := -lOpenEXRCore-3_1 -lsleef -lm -ldl $(LDLIBS_$(config))
+LDLIBS := -lOpenEXRCore-3_1 -lsleef -lz -lm -ldl $(LDLIBS_$(config))
 
 # Files that are loaded when first needed, each a shared object of its own.
 PLUGINS := render/image_oiio.cpp render/mesh_assimp.c

@@ -6,6 +6,7 @@
 #include <strings.h>
 
 #include "lang/session.h"
+#include "render/film_file.h"
 #include "render/image.h"
 
 typedef struct {
@@ -138,24 +139,55 @@ static bool is_other_picture(const char *ending) {
     return false;
 }
 
-int command_info(Arena *arena, const Options *options) {
-    const char *dot = strrchr(options->operands[0], '.');
-    Session session;
+// Reads all of it, so that damage shows.
+static int info_film(const Session *session, const char *path) {
+    Film film;
+    FilmOrigin origin;
+    char message[256];
+    if (!film_file_read(session->arena, path, &film, &origin, message, sizeof message)) {
+        return session_refuse(session, STATUS_FILES, path, message);
+    }
+    FilmCounts counts = film_counts(&film);
+    printf("%-20s %ux%u\n", "size", origin.width, origin.height);
+    printf("%-20s %u to %u of %u\n", "samples", origin.first + 1, origin.first + origin.n,
+           origin.spp);
+    printf("%-20s %u to %u a pixel%s\n", "done", counts.least, counts.most,
+           counts.least < origin.n ? ", not finished" : "");
+    for (uint32_t i = 0; i < origin.n_attributes; i++) {
+        if (strcmp(origin.attributes[i].name, "samples") != 0) {
+            print_attribute(&origin.attributes[i]);
+        }
+    }
+    for (uint32_t i = 0; i < origin.n_settings; i++) {
+        print_attribute(&origin.settings[i]);
+    }
+    return STATUS_OK;
+}
+
+static int info_of(const Session *session, const char *path) {
+    const char *dot = strrchr(path, '.');
     if (dot && !strcasecmp(dot, ".exr")) {
-        int status = session_begin(&session, arena, options);
-        return status ? status
-                      : session_close(&session, info_image(&session, options->operands[0]));
+        return info_image(session, path);
     }
-    if (is_other_picture(dot)) {
-        int status = session_begin(&session, arena, options);
-        return status ? status
-                      : session_refuse(&session, STATUS_FILES, options->operands[0],
-                                       "of pictures only .exr says how it was made");
+    return is_other_picture(dot) ? session_refuse(session, STATUS_FILES, path,
+                                                  "of pictures only .exr says how it was made")
+                                 : info_film(session, path);
+}
+
+int command_info(Arena *arena, const Options *options) {
+    const char *path = options->operands[0], *dot = strrchr(path, '.');
+    bool is_exr = dot && !strcasecmp(dot, ".exr");
+    bool is_scene = !is_exr && !is_other_picture(dot) && !film_file_is(path);
+    Session session;
+    int status =
+        is_scene ? session_open(&session, arena, options) : session_begin(&session, arena, options);
+    if (status) {
+        return status;
     }
-    int status = session_open(&session, arena, options);
-    if (status == STATUS_OK) {
+    if (is_scene) {
         print_scene(&session);
-        status = session_close(&session, status);
+    } else {
+        status = info_of(&session, path);
     }
-    return status;
+    return session_close(&session, status);
 }

@@ -52,8 +52,14 @@ static void print_result(const RenderOptions *render, const RenderStats *stats, 
                            sizeof last)) {
         return;
     }
-    fprintf(stderr, "st4: wrote %s%s%s in %.1f s\n", first, many ? " to " : "", many ? last : "",
-            seconds);
+    if (stats->n_skipped_frames) {
+        fprintf(stderr, "st4: wrote %llu frames of %s%s%s in %.1f s, left %llu\n",
+                (unsigned long long)stats->n_frames, first, many ? " to " : "", many ? last : "",
+                seconds, (unsigned long long)stats->n_skipped_frames);
+    } else {
+        fprintf(stderr, "st4: wrote %s%s%s in %.1f s\n", first, many ? " to " : "",
+                many ? last : "", seconds);
+    }
     if (!is_verbose) {
         return;
     }
@@ -70,6 +76,20 @@ static void print_result(const RenderOptions *render, const RenderStats *stats, 
             stats->tree_bytes, (unsigned long long)stats->camera_rays,
             (unsigned long long)stats->shadow_rays, (unsigned long long)stats->bounce_rays,
             stats->tolerance_reached);
+}
+
+// What an interrupted run has left to go on from.
+static void print_interrupted(const RenderOptions *render) {
+    char picture[PATH_SIZE], path[PATH_SIZE + 16];
+    for (uint32_t i = 0; i < render->n_frames; i++) {
+        if (render_frame_path(render->out, render->frames[i], render->n_frames > 1, picture,
+                              sizeof picture) &&
+            render_checkpoint_path(picture, path, sizeof path) && access(path, F_OK) == 0) {
+            fprintf(stderr, "st4: interrupted; --resume goes on from '%s'\n", path);
+            return;
+        }
+    }
+    fprintf(stderr, "st4: interrupted; finished pictures stay\n");
 }
 
 static bool is_exr(const char *path) {
@@ -129,6 +149,37 @@ static int check_stats(const Options *options) {
     return STATUS_OK;
 }
 
+static bool is_film(const char *path) {
+    size_t n = strlen(path), ending = strlen(RENDER_FILM_ENDING);
+    return n > ending && !strcasecmp(path + n - ending, RENDER_FILM_ENDING);
+}
+
+// Sums are what slices are for; pictures cannot be made from one, and nothing else from sums.
+static int check_sums(const Session *session, const RenderOptions *render, const Outputs *outputs) {
+    const OptionValue *samples = &session->options->values[OPTION_SAMPLES];
+    size_t n_films = 0;
+    for (size_t i = 0; i < outputs->n_patterns; i++) {
+        n_films += is_film(outputs->patterns[i]);
+    }
+    if (n_films && outputs->n_patterns > 1) {
+        return refuse(STATUS_USAGE, outputs->patterns[0],
+                      "a file of sums (" RENDER_FILM_ENDING ") is the only output of a run; "
+                      "'st4 merge' makes pictures from it");
+    }
+    if (samples->is_set && !n_films) {
+        return refuse(STATUS_USAGE, outputs->patterns[0],
+                      "--samples makes files of sums: a name such as part.####" RENDER_FILM_ENDING
+                      " is expected");
+    }
+    if (samples->is_set && samples->last > render->spp) {
+        fprintf(stderr,
+                "st4: error: --samples: '%s' goes beyond the %u samples per pixel; see --spp\n",
+                samples->text, render->spp);
+        return STATUS_USAGE;
+    }
+    return STATUS_OK;
+}
+
 static int check_outputs(const Session *session, const Outputs *outputs) {
     int usage = session->options->values[OPTION_OUT].is_set ? STATUS_USAGE : STATUS_SCENE;
     for (size_t i = 0; i < outputs->n_patterns; i++) {
@@ -151,13 +202,37 @@ static int check_outputs(const Session *session, const Outputs *outputs) {
     return check_stats(session->options);
 }
 
+// What the other pictures are made with.
+typedef struct {
+    const Session *session;
+    const Outputs *outputs;
+} Conversion;
+
+// Whether one of a frame's other pictures is missing.
+static bool lacks_picture(const Outputs *outputs, int64_t frame) {
+    char path[PATH_SIZE];
+    for (size_t i = 1; i < outputs->n_patterns; i++) {
+        if (render_frame_path(outputs->patterns[i], frame, outputs->is_numbered, path,
+                              sizeof path) &&
+            access(path, F_OK) != 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 // Makes the other pictures of one frame from its .exr.
-static int convert_frame(const Session *session, const Outputs *outputs, int64_t frame) {
-    const FilmSettings *film = &session->scene->film;
+static int convert_frame(void *context, int64_t frame, bool was_there) {
+    const Conversion *conversion = context;
+    const Outputs *outputs = conversion->outputs;
+    const FilmSettings *film = &conversion->session->scene->film;
     char from[PATH_SIZE], to[PATH_SIZE], message[256] = "the name is too long";
     Arena arena = {0};
     Image image;
     int status = STATUS_OK;
+    if (outputs->n_patterns < 2 || (was_there && !lacks_picture(outputs, frame))) {
+        return STATUS_OK;
+    }
     if (!render_frame_path(outputs->patterns[0], frame, outputs->is_numbered, from, sizeof from) ||
         !image_read_exr(&arena, from, &image, message, sizeof message)) {
         status = refuse(STATUS_FILES, from, message);
@@ -169,14 +244,6 @@ static int convert_frame(const Session *session, const Outputs *outputs, int64_t
         }
     }
     arena_free(&arena);
-    return status;
-}
-
-static int convert_frames(const Session *session, const Outputs *outputs) {
-    int status = STATUS_OK;
-    for (uint32_t i = 0; outputs->n_patterns > 1 && i < session->n_frames && !status; i++) {
-        status = convert_frame(session, outputs, session->frames[i]);
-    }
     return status;
 }
 
@@ -193,17 +260,23 @@ static int render(const Session *session, RenderOptions *render) {
     const Options *options = session->options;
     Outputs outputs;
     find_outputs(session, &outputs);
-    int status = check_outputs(session, &outputs);
+    int status = check_sums(session, render, &outputs);
+    status = status ? status : check_outputs(session, &outputs);
     if (status) {
         return status;
     }
     RenderStats stats = {0};
     render->out = outputs.patterns[0];
     render->progress = progress_kind(options);
+    Conversion conversion = {session, &outputs};
+    render->finished = convert_frame;
+    render->finished_context = &conversion;
     status = render_frames(session->scene, render, &session->reporter, &stats);
-    status = status ? status : convert_frames(session, &outputs);
     if (status == STATUS_OK && !option_flag(options, OPTION_QUIET)) {
         print_result(render, &stats, option_flag(options, OPTION_VERBOSE));
+    }
+    if (status == STATUS_INTERRUPTED && !option_flag(options, OPTION_QUIET)) {
+        print_interrupted(render);
     }
     int written = write_stats(options, &stats);
     return status ? status : written;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program st4: reads the command line and calls the command.
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -65,6 +66,8 @@ static int run(Arena *arena, const Options *options) {
         return command_depends(arena, options);
     case COMMAND_COMPARE:
         return command_compare(arena, options);
+    case COMMAND_MERGE:
+        return command_merge(arena, options);
     case COMMAND_HELP:
     case COMMAND_COUNT:
         break;
@@ -74,6 +77,7 @@ static int run(Arena *arena, const Options *options) {
 
 int main(int argc, char **argv) {
     arena_on_exhausted(report_exhausted);
+    signal(SIGXFSZ, SIG_IGN); // a limit of file sizes then shows as a write that fails
     Arena arena = {0};
     Options options;
     int status = STATUS_OK;

@@ -134,6 +134,22 @@ static bool parse_bytes(const Reader *reader, OptionId option, const char *text,
     return check_range(reader, option, text, bytes);
 }
 
+static bool parse_range(const Reader *reader, OptionId option, const char *text,
+                        OptionValue *value) {
+    const char *at = text;
+    uint64_t first, last;
+    if (!read_integer(&at, &first) || *at++ != '-' || !read_integer(&at, &last) || *at) {
+        return expected(reader, option, text, "a range such as 1-32");
+    }
+    if (!check_range(reader, option, text, (double)first) ||
+        !check_range(reader, option, text, (double)last)) {
+        return false;
+    }
+    value->first = (uint32_t)first;
+    value->last = (uint32_t)last;
+    return first <= last || expected(reader, option, text, "a range: its end is before its start");
+}
+
 static bool parse_size(const Reader *reader, OptionId option, const char *text,
                        OptionValue *value) {
     const OptionInfo *info = &option_infos[option];
@@ -230,6 +246,8 @@ static bool parse_value(const Reader *reader, OptionId option, const char *text,
         return parse_bytes(reader, option, text, value);
     case OPTION_KIND_SIZE:
         return parse_size(reader, option, text, value);
+    case OPTION_KIND_RANGE:
+        return parse_range(reader, option, text, value);
     case OPTION_KIND_SHUTTER:
         return parse_shutter(reader, option, text, value);
     case OPTION_KIND_FRAMES:

@@ -42,6 +42,7 @@ enum {
     ON_FMT = 1 << COMMAND_FMT,
     ON_DEPENDS = 1 << COMMAND_DEPENDS,
     ON_COMPARE = 1 << COMMAND_COMPARE,
+    ON_MERGE = 1 << COMMAND_MERGE,
     ON_SCENE = ON_RENDER | ON_CHECK,
     ON_LOAD = ON_SCENE | ON_INFO | ON_EVAL | ON_MESH | ON_DEPENDS, // those that read a scene
     ON_ALL = (1 << COMMAND_COUNT) - 1,
@@ -61,6 +62,7 @@ typedef enum {
     OPTION_KIND_NUMBER,  // number
     OPTION_KIND_BYTES,   // integer
     OPTION_KIND_SIZE,    // width, height
+    OPTION_KIND_RANGE,   // first, last
     OPTION_KIND_SHUTTER, // text, known to be a number and a unit
     OPTION_KIND_FRAMES,  // frames
     OPTION_KIND_CHOICE,  // integer: index of the word
@@ -88,6 +90,7 @@ typedef struct {
     uint64_t integer;
     double number;
     uint32_t width, height;
+    uint32_t first, last; // first <= last
     FrameList frames;
 } OptionValue;
 

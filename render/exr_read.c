@@ -260,7 +260,18 @@ static void make_channels(Arena *arena, const exr_attr_chlist_t *list, Image *im
     }
 }
 
-static bool read_part(ExrStream *stream, exr_context_t context, Arena *arena, Image *image) {
+static exr_result_t read_pixels(exr_context_t context, exr_storage_t storage,
+                                const exr_attr_box2i_t *window, ExrPlanes *planes) {
+    exr_decode_pipeline_t pipe = EXR_DECODE_PIPELINE_INITIALIZER;
+    exr_result_t r = storage == EXR_STORAGE_SCANLINE
+                         ? get_lines(context, planes, window->min.y, &pipe)
+                         : get_tiles(context, planes, &pipe);
+    exr_decoding_destroy(context, &pipe);
+    return r;
+}
+
+static bool read_part(ExrStream *stream, exr_context_t context, Arena *arena, bool has_pixels,
+                      Image *image) {
     exr_storage_t storage;
     exr_attr_box2i_t window;
     const exr_attr_chlist_t *list = NULL;
@@ -269,15 +280,12 @@ static bool read_part(ExrStream *stream, exr_context_t context, Arena *arena, Im
     }
     image->width = (uint32_t)(window.max.x - window.min.x + 1);
     image->height = (uint32_t)(window.max.y - window.min.y + 1);
-    ExrPlanes planes = {.width = image->width, .height = image->height};
-    make_channels(arena, list, image, &planes);
-    exr_decode_pipeline_t pipe = EXR_DECODE_PIPELINE_INITIALIZER;
     exr_result_t r = get_attributes(context, arena, image);
-    if (!r) {
-        r = storage == EXR_STORAGE_SCANLINE ? get_lines(context, &planes, window.min.y, &pipe)
-                                            : get_tiles(context, &planes, &pipe);
+    if (has_pixels) {
+        ExrPlanes planes = {.width = image->width, .height = image->height};
+        make_channels(arena, list, image, &planes);
+        r = r ? r : read_pixels(context, storage, &window, &planes);
     }
-    exr_decoding_destroy(context, &pipe);
     if (r) {
         exr_stream_complain(stream, exr_get_default_error_message(r));
     }
@@ -306,7 +314,8 @@ static bool open_stream(ExrStream *stream, const char *path, char *message, size
     return true;
 }
 
-bool image_read_exr(Arena *arena, const char *path, Image *image, char *message, size_t n) {
+static bool read_exr(Arena *arena, const char *path, bool has_pixels, Image *image, char *message,
+                     size_t n) {
     char why[256] = "";
     ExrStream stream = {.fd = -1, .message = why, .n = sizeof why};
     *image = (Image){0};
@@ -315,7 +324,7 @@ bool image_read_exr(Arena *arena, const char *path, Image *image, char *message,
         exr_context_t context = NULL;
         exr_context_initializer_t init = exr_stream_initializer(&stream);
         exr_result_t r = exr_start_read(&context, "image", &init);
-        done = !r && read_part(&stream, context, arena, image);
+        done = !r && read_part(&stream, context, arena, has_pixels, image);
         if (r) {
             exr_stream_complain(&stream, exr_get_default_error_message(r));
         }
@@ -328,4 +337,12 @@ bool image_read_exr(Arena *arena, const char *path, Image *image, char *message,
         close(stream.fd);
     }
     return done;
+}
+
+bool image_read_exr(Arena *arena, const char *path, Image *image, char *message, size_t n) {
+    return read_exr(arena, path, true, image, message, n);
+}
+
+bool image_read_exr_header(Arena *arena, const char *path, Image *image, char *message, size_t n) {
+    return read_exr(arena, path, false, image, message, n);
 }

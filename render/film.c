@@ -20,15 +20,28 @@ void film_clear(Film *film) {
     }
 }
 
+uint32_t film_planes(const Film *film, FilmPlane planes[FILM_MAX_PLANES]) {
+    planes[0] = (FilmPlane){"pixels", film->pixels, sizeof *film->pixels};
+    return 1;
+}
+
+uint32_t film_count(const Film *film, uint32_t x, uint32_t y) {
+    return film->pixels[(size_t)y * film->width + x].n;
+}
+
 static int64_t to_fixed(double value) {
     double units = rint(value * UNITS);
     return units >= 0x1p63 ? INT64_MAX : units > 0 ? (int64_t)units : 0;
 }
 
-static void add(int64_t *sum, double value) {
-    if (__builtin_add_overflow(*sum, to_fixed(value), sum)) {
+static void add_fixed(int64_t *sum, int64_t units) {
+    if (__builtin_add_overflow(*sum, units, sum)) {
         *sum = INT64_MAX;
     }
+}
+
+static void add(int64_t *sum, double value) {
+    add_fixed(sum, to_fixed(value));
 }
 
 // The distance from the shutter's middle in the high bits, the index in the low ones.
@@ -57,6 +70,23 @@ bool film_add(Film *film, uint32_t x, uint32_t y, const FilmSample *sample, doub
         pixel->normal[2] = (float)sample->normal.z;
     }
     return is_finite;
+}
+
+void film_merge(Film *film, const Film *more) {
+    size_t n = (size_t)film->width * film->height;
+    for (size_t i = 0; i < n; i++) {
+        FilmPixel *to = &film->pixels[i];
+        const FilmPixel *from = &more->pixels[i];
+        to->n += from->n;
+        for (int c = 0; c < 4; c++) {
+            add_fixed(&to->sum[c], from->sum[c]);
+        }
+        if (from->rank < to->rank) {
+            to->rank = from->rank;
+            to->depth = from->depth;
+            memcpy(to->normal, from->normal, sizeof to->normal);
+        }
+    }
 }
 
 // Channels in the order in which film_image fills them.

@@ -45,4 +45,29 @@ bool film_add(Film *film, uint32_t x, uint32_t y, const FilmSample *sample, doub
 // without samples are 0.
 void film_image(const Film *film, Arena *arena, Image *image);
 
+// ---- The state of a film, for files of sums (render/film_file.h) and for passes over it.
+//
+// A pixel takes its samples in the order of their indices, so its count says which one is next:
+// the arrays are all there is to keep of a frame that is not finished.
+
+// One of the film's arrays: [height][width] of `size` bytes, little-endian, without pointers.
+typedef struct {
+    const char *name;
+    void *data;
+    size_t size;
+} FilmPlane;
+
+// To be raised with each change of what the arrays hold, so that files of before are told apart.
+enum { FILM_LAYOUT = 1, FILM_MAX_PLANES = 16 };
+
+// All arrays of the film, into planes; returns how many.
+uint32_t film_planes(const Film *film, FilmPlane planes[FILM_MAX_PLANES]);
+
+// How many samples a pixel has.
+uint32_t film_count(const Film *film, uint32_t x, uint32_t y);
+
+// Adds other samples of the same size of film, exactly: the result is that of one film that was
+// given them all.
+void film_merge(Film *film, const Film *more);
+
 #endif

@@ -3,7 +3,10 @@
 #include "render/render.h"
 
 #include <string.h>
+#include <unistd.h>
 
+#include "render/checkpoint.h"
+#include "render/frame_lock.h"
 #include "render/interrupt.h"
 #include "render/output.h"
 #include "render/survey.h"
@@ -18,6 +21,10 @@ typedef struct {
     Scene scene; // with its camera in place
     PathScene paths;
     Film film;
+    Checkpoint checkpoint;
+    int64_t *frames, *held; // still to render; room for those that others have
+    uint32_t n_frames;
+    uint64_t frame_samples; // of all pixels
     Progress progress;
     PathTroubles troubles, reported;
     Arena arena;
@@ -61,11 +68,56 @@ static void troubles_init(PathTroubles *troubles, Arena *arena, const Scene *sce
     troubles->materials = ARENA_ARRAY(arena, scene->n_materials, bool);
 }
 
-static int render_frame(Run *run, const World *world, int64_t frame) {
+// Traces what the film of the frame lacks, with a checkpoint now and then.
+static bool trace_frame(Run *run, const World *world, int64_t frame, const char *picture,
+                        const FilmOrigin *origin) {
+    TilePass pass = {.frame = frame, .first = origin->first, .n = origin->n};
+    TilesOutcome outcome;
+    do {
+        pass.due = run->checkpoint.due;
+        outcome = tiles_trace(&run->paths, world, run->options, &pass, &run->film, &run->progress,
+                              run->stats, &run->troubles);
+        if (outcome != TILES_DONE && world_is_sound(world, NULL)) {
+            checkpoint_save(&run->checkpoint, picture, &run->film, origin, run->reporter);
+        }
+    } while (outcome == TILES_DUE);
+    return outcome == TILES_DONE;
+}
+
+// Whatever is in the way of the picture may be cleared away: the sums are kept if they can be.
+static int refuse_picture(Run *run, const char *picture, const FilmOrigin *origin,
+                          const char *why) {
+    bool is_kept = checkpoint_save(&run->checkpoint, picture, &run->film, origin, run->reporter);
+    Arena arena = {0};
+    const char *kept = is_kept ? "; its checkpoint is kept, --resume writes it again" : "";
+    run->reporter->emit(run->reporter->context, 0, NULL,
+                        arena_printf(&arena, "cannot write '%s': %s%s", picture, why, kept));
+    arena_free(&arena);
+    return STATUS_FILES;
+}
+
+// The film gets what is there of the frame already. False: reported.
+static bool begin_film(Run *run, const char *picture, const FilmOrigin *origin) {
+    bool is_fine = checkpoint_begin(&run->checkpoint, run->options, picture, &run->film, origin,
+                                    run->reporter);
+    progress_skip(&run->progress, film_counts(&run->film).total);
+    return is_fine;
+}
+
+static int finish(const Run *run, int64_t frame, bool was_there) {
+    const RenderOptions *options = run->options;
+    return options->finished ? options->finished(options->finished_context, frame, was_there)
+                             : STATUS_FINE;
+}
+
+static int make_picture(Run *run, const World *world, int64_t frame, const char *picture,
+                        const FilmOrigin *origin) {
+    char message[OUTPUT_MESSAGE_SIZE];
     double start = progress_clock(), waited = world_waited(world);
-    progress_frame(&run->progress, frame);
-    bool is_complete = tiles_trace(&run->paths, world, run->options, frame, &run->film,
-                                   &run->progress, run->stats, &run->troubles);
+    if (!begin_film(run, picture, origin)) {
+        return STATUS_FILES;
+    }
+    bool is_complete = trace_frame(run, world, frame, picture, origin);
     double traced = progress_clock();
     run->stats->trace_seconds +=
         traced - start - (world_waited(world) - waited) / run->options->n_threads;
@@ -76,27 +128,152 @@ static int render_frame(Run *run, const World *world, int64_t frame) {
     if (!is_complete) {
         return STATUS_INTERRUPTED;
     }
-    bool is_written = output_write(&run->scene, run->options, &run->film, frame, run->reporter);
+    bool is_written = output_write(picture, &run->film, origin, message, sizeof message);
     run->stats->write_seconds += progress_clock() - traced;
-    run->stats->n_frames += is_written;
-    return is_written ? STATUS_FINE : STATUS_FILES;
+    if (!is_written) {
+        return refuse_picture(run, picture, origin, message);
+    }
+    run->stats->n_frames++;
+    checkpoint_remove(picture);
+    return finish(run, frame, false);
 }
 
-// Renders the block that begins with frames[first]; *n gets its length.
-static int render_block(Run *run, uint32_t first, uint32_t *n) {
-    const RenderOptions *options = run->options;
-    World *world = world_build(&run->scene, options, options->frames + first,
-                               options->n_frames - first, run->reporter, n, run->stats);
+static int make_described(Run *run, const World *world, int64_t frame, const char *picture) {
+    Arena arena = {0};
+    FilmOrigin origin;
+    output_describe(&run->scene, run->options, frame, &arena, &origin);
+    progress_frame(&run->progress, frame);
+    int status = make_picture(run, world, frame, picture, &origin);
+    arena_free(&arena);
+    return status;
+}
+
+static bool is_there(const char *picture) {
+    return access(picture, F_OK) == 0;
+}
+
+// Of a frame that other processes may be at: it is made unless one of them has it or had it.
+static int make_locked(Run *run, const World *world, int64_t frame, const char *picture) {
+    char message[OUTPUT_PATH_SIZE + OUTPUT_MESSAGE_SIZE];
+    FrameLock lock;
+    FrameLockOutcome outcome = frame_lock_take(&lock, picture, message, sizeof message);
+    int status = STATUS_FINE;
+    if (outcome == FRAME_LOCK_FAILED) {
+        run->reporter->emit(run->reporter->context, 0, NULL, message);
+        return STATUS_FILES;
+    }
+    // Whoever made the picture had the lock until it was there.
+    if (outcome == FRAME_LOCK_TAKEN && !is_there(picture)) {
+        status = make_described(run, world, frame, picture);
+    }
+    frame_lock_release(&lock);
+    return status;
+}
+
+static int render_frame(Run *run, const World *world, int64_t frame) {
+    char picture[OUTPUT_PATH_SIZE];
+    if (!output_path(run->options, frame, run->reporter, picture)) {
+        return STATUS_FILES;
+    }
+    return run->options->skip_existing ? make_locked(run, world, frame, picture)
+                                       : make_described(run, world, frame, picture);
+}
+
+// Renders a block that begins with frames[0], of n; *n_taken gets its length.
+static int render_block(Run *run, const int64_t *frames, uint32_t n, uint32_t *n_taken) {
+    World *world =
+        world_build(&run->scene, run->options, frames, n, run->reporter, n_taken, run->stats);
     if (!world) {
         return interrupt_is_asked() ? STATUS_INTERRUPTED : STATUS_SCENE;
     }
     int status = STATUS_FINE;
-    for (uint32_t i = 0; i < *n && status == STATUS_FINE; i++) {
-        status = interrupt_is_asked() ? STATUS_INTERRUPTED
-                                      : render_frame(run, world, options->frames[first + i]);
+    for (uint32_t i = 0; i < *n_taken && status == STATUS_FINE; i++) {
+        status = interrupt_is_asked() ? STATUS_INTERRUPTED : render_frame(run, world, frames[i]);
     }
     world_count(world, run->stats);
     world_destroy(world);
+    return status;
+}
+
+static bool is_made(const Run *run, int64_t frame, const char *picture) {
+    if (run->options->skip_existing && is_there(picture)) {
+        return true;
+    }
+    Arena arena = {0};
+    FilmOrigin origin;
+    output_describe(&run->scene, run->options, frame, &arena, &origin);
+    bool found = run->options->resume && output_is_made(picture, &origin);
+    arena_free(&arena);
+    return found;
+}
+
+// Takes frames out of those that are still to render: for good where their pictures are there,
+// for this time where another process has them; those are put last, from *n on.
+static int sort_out(Run *run, uint32_t *n) {
+    char picture[OUTPUT_PATH_SIZE], message[OUTPUT_PATH_SIZE + OUTPUT_MESSAGE_SIZE];
+    int64_t *frames = run->frames, *held = run->held;
+    uint32_t n_left = 0, n_held = 0;
+    int status = STATUS_FINE;
+    for (uint32_t i = 0; i < run->n_frames && status == STATUS_FINE; i++) {
+        int64_t frame = frames[i];
+        if (!output_path(run->options, frame, run->reporter, picture)) {
+            status = STATUS_FILES;
+        } else if (is_made(run, frame, picture)) {
+            progress_skip(&run->progress, run->frame_samples);
+            status = finish(run, frame, true);
+        } else if (run->options->skip_existing &&
+                   frame_lock_is_held(picture, message, sizeof message)) {
+            held[n_held++] = frame;
+        } else {
+            frames[n_left++] = frame;
+        }
+    }
+    memcpy(frames + n_left, held, n_held * sizeof *held);
+    run->n_frames = n_left + n_held;
+    *n = n_left;
+    return status;
+}
+
+// Says of the frames that others have who that is. False: one of them has been given up.
+static bool report_held(const Run *run) {
+    char picture[OUTPUT_PATH_SIZE], holder[OUTPUT_PATH_SIZE + OUTPUT_MESSAGE_SIZE];
+    Arena arena = {0};
+    bool are_held = true;
+    for (uint32_t i = 0; i < run->n_frames && are_held; i++) {
+        output_path(run->options, run->frames[i], run->reporter, picture);
+        bool is_held = frame_lock_holder(picture, holder, sizeof holder);
+        are_held = is_held || is_there(picture);
+        if (is_held) {
+            run->reporter->emit(run->reporter->context, 0, "frame-locked",
+                                arena_printf(&arena,
+                                             "frame %lld is left to %s; if that process is no "
+                                             "more, remove the file",
+                                             (long long)run->frames[i], holder));
+        }
+    }
+    arena_free(&arena);
+    return are_held;
+}
+
+// Other processes take frames too, so what there is to do is looked at anew before each block.
+static int share_frames(Run *run) {
+    uint32_t n, n_taken;
+    int status;
+    do {
+        status = sort_out(run, &n);
+        if (status == STATUS_FINE && n > 0) {
+            status = render_block(run, run->frames, n, &n_taken);
+        }
+    } while (status == STATUS_FINE && (n > 0 || !report_held(run)));
+    return status;
+}
+
+static int render_all(Run *run) {
+    uint32_t n_left, n = 0;
+    int status = sort_out(run, &n_left);
+    for (uint32_t i = 0; i < n_left && status == STATUS_FINE; i += n) {
+        status = render_block(run, run->frames + i, n_left - i, &n);
+    }
     return status;
 }
 
@@ -109,13 +286,16 @@ static int render_blocks(Run *run) {
     film_init(&run->film, &run->arena, settings->width, settings->height);
     troubles_init(&run->troubles, &run->arena, &run->scene);
     troubles_init(&run->reported, &run->arena, &run->scene);
-    uint64_t pixels = (uint64_t)settings->width * settings->height;
-    progress_begin(&run->progress, options->progress, pixels * options->spp * options->n_frames);
-    int status = STATUS_FINE;
-    for (uint32_t first = 0, n = 0; first < options->n_frames && status == STATUS_FINE;
-         first += n) {
-        status = render_block(run, first, &n);
-    }
+    uint64_t spp =
+        options->last_sample ? options->last_sample - options->first_sample + 1 : options->spp;
+    run->frame_samples = (uint64_t)settings->width * settings->height * spp;
+    progress_begin(&run->progress, options->progress, run->frame_samples * options->n_frames);
+    run->n_frames = options->n_frames;
+    run->frames = ARENA_ARRAY(&run->arena, run->n_frames, int64_t);
+    run->held = ARENA_ARRAY(&run->arena, run->n_frames, int64_t);
+    memcpy(run->frames, options->frames, run->n_frames * sizeof *run->frames);
+    int status = options->skip_existing ? share_frames(run) : render_all(run);
+    run->stats->n_skipped_frames = options->n_frames - run->stats->n_frames;
     progress_end(&run->progress);
     return status;
 }

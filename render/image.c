@@ -98,21 +98,38 @@ static bool fill_bytes(const Image *image, bool alpha, double exposure, uint8_t 
     return true;
 }
 
+// Where the bytes of a picture go.
+typedef struct {
+    const char *path;
+    char *message;
+    size_t n;
+} Target;
+
+static bool write_file(void *context, const void *bytes, size_t size) {
+    const Target *to = context;
+    OutFile file;
+    return outfile_open(&file, to->path, to->message, to->n) &&
+           outfile_write(&file, bytes, size, to->message, to->n) &&
+           outfile_commit(&file, to->message, to->n);
+}
+
 static bool write_bytes(const char *path, const char *format, const uint8_t *bytes,
                         const Image *image, uint32_t n_channels, char *message, size_t n) {
     const ImageOiio *library = plugin_symbol(LIBRARY, "image_oiio", message, n);
-    OutFile file;
-    if (!library || !outfile_open(&file, path, message, n)) {
+    if (!library) {
         return false;
     }
     char why[256] = "";
-    if (!library->write(file.temporary, format, bytes, image->width, image->height, n_channels, why,
-                        sizeof why)) {
-        snprintf(message, n, "cannot write: %s", why);
-        outfile_abandon(&file);
-        return false;
+    message[0] = '\0';
+    Target to = {path, message, n};
+    if (library->write(format, bytes, image->width, image->height, n_channels, write_file, &to, why,
+                       sizeof why)) {
+        return true;
     }
-    return outfile_commit(&file, message, n);
+    if (!message[0]) { // not the file's fault
+        snprintf(message, n, "cannot write: %s", why);
+    }
+    return false;
 }
 
 static const char *find_format(const char *path, char *message, size_t n) {

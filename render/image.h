@@ -41,6 +41,8 @@ typedef struct {
 // One part, scan lines, ZIP.
 bool image_write_exr(const char *path, const Image *image, char *message, size_t n);
 bool image_read_exr(Arena *arena, const char *path, Image *image, char *message, size_t n);
+// Size and attributes alone.
+bool image_read_exr_header(Arena *arena, const char *path, Image *image, char *message, size_t n);
 
 // By the path's ending: .exr as above, else 8-bit PNG, TIFF, JPEG... of the channels R, G, B (and A
 // where alpha is true), linear to sRGB, values over 1 clipped. exposure: in stops.

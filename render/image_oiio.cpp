@@ -6,7 +6,9 @@
 #include <exception>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 struct ImageOiioFile {
@@ -37,8 +39,8 @@ template <typename Body> bool fenced(char *message, size_t n, Body body) noexcep
     return false;
 }
 
-bool write(const char *path, const char *format, const uint8_t *pixels, uint32_t width,
-           uint32_t height, uint32_t n_channels, char *message, size_t n) {
+bool write(const char *format, const uint8_t *pixels, uint32_t width, uint32_t height,
+           uint32_t n_channels, ImageOiioSink *sink, void *context, char *message, size_t n) {
     return fenced(message, n, [&] {
         auto output = OIIO::ImageOutput::create(format);
         if (!output) {
@@ -52,10 +54,15 @@ bool write(const char *path, const char *format, const uint8_t *pixels, uint32_t
         spec.attribute("oiio:UnassociatedAlpha", 1);
         spec.attribute("CompressionQuality", 95);
         spec.attribute("jpeg:subsampling", "4:4:4");
-        bool done = output->open(path, spec) && output->write_image(OIIO::TypeDesc::UINT8, pixels);
+        std::vector<unsigned char> bytes;
+        OIIO::Filesystem::IOVecOutput memory(bytes);
+        bool done = output->set_ioproxy(&memory) &&
+                    output->open(std::string("memory.") + format, spec) &&
+                    output->write_image(OIIO::TypeDesc::UINT8, pixels);
         // Closing writes what is buffered, so its failure counts too.
         done = output->close() && done;
-        return done ? true : fail(message, n, output->geterror());
+        return done ? sink(context, bytes.data(), bytes.size())
+                    : fail(message, n, output->geterror());
     });
 }
 

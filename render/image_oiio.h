@@ -16,11 +16,15 @@ typedef struct {
     bool is_unassociated; // the colour channels are not multiplied by alpha
 } ImageOiioInfo;
 
+// Takes the bytes of a file, all at once. False: the writer fails as well.
+typedef bool ImageOiioSink(void *context, const void *bytes, size_t size);
+
 typedef struct {
     // pixels: [height][width][n_channels], n_channels 3 or 4 (the fourth is alpha, by which the
-    // others are not multiplied), sRGB. format: "png", "jpg", ...: the writer, whatever the name.
-    bool (*write)(const char *path, const char *format, const uint8_t *pixels, uint32_t width,
-                  uint32_t height, uint32_t n_channels, char *message, size_t n);
+    // others are not multiplied), sRGB. format: "png", "jpg", ... Into memory, then to the sink:
+    // the libraries behind some formats take a full disk for success, or exit.
+    bool (*write)(const char *format, const uint8_t *pixels, uint32_t width, uint32_t height,
+                  uint32_t n_channels, ImageOiioSink *sink, void *context, char *message, size_t n);
     // NULL with a message on failure; else close() it.
     ImageOiioFile *(*open)(const char *path, ImageOiioInfo *info, char *message, size_t n);
     const char *(*channel_name)(const ImageOiioFile *file, uint32_t channel);

@@ -127,6 +127,37 @@ bool outfile_open(OutFile *file, const char *path, char *message, size_t n) {
     return true;
 }
 
+bool outfile_write(OutFile *file, const void *bytes, size_t size, char *message, size_t n) {
+    const char *at = bytes;
+    while (size > 0) {
+        ssize_t done = write(file->fd, at, size);
+        if (done < 0 && errno != EINTR) {
+            fail_with(message, n, "cannot write", errno);
+            outfile_abandon(file);
+            return false;
+        }
+        at += done > 0 ? done : 0;
+        size -= done > 0 ? (size_t)done : 0;
+    }
+    return true;
+}
+
+// The name is the folder's content. Some file systems cannot sync a folder, and need not.
+static void sync_folder(char *path) {
+    char *slash = strrchr(path, '/');
+    int fd = -1;
+    if (slash) {
+        slash[slash == path] = '\0'; // "/a" lies in "/"
+        fd = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    } else {
+        fd = open(".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    }
+    if (fd >= 0) {
+        fsync(fd);
+        close(fd);
+    }
+}
+
 bool outfile_commit(OutFile *file, char *message, size_t n) {
     int code = fsync(file->fd) == 0 || errno == EINVAL || errno == EROFS ? 0 : errno;
     // Some file systems report a full disk only when the file is closed.
@@ -142,6 +173,7 @@ bool outfile_commit(OutFile *file, char *message, size_t n) {
         outfile_abandon(file);
         return false;
     }
+    sync_folder(file->path);
     free(file->temporary);
     free(file->path);
     *file = (OutFile){.fd = -1};

@@ -18,8 +18,11 @@ typedef struct {
 // false with one sentence in message[n], which does not name the file; nothing is left open then.
 bool outfile_open(OutFile *file, const char *path, char *message, size_t n);
 
-// Makes the file appear under its name. On failure the temporary file is gone and the target is as
-// it was.
+// Appends; false with a sentence, and the file abandoned.
+bool outfile_write(OutFile *file, const void *bytes, size_t size, char *message, size_t n);
+
+// Makes the file appear under its name, and stay there through a loss of power. On failure the
+// temporary file is gone and the target is as it was.
 bool outfile_commit(OutFile *file, char *message, size_t n);
 
 // Forgets the file: the temporary one is removed, the target stays as it was.

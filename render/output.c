@@ -6,7 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PATH_SIZE = 4096, MESSAGE_SIZE = 512 };
+#include "render/outfile.h"
+
+// Settings that make pictures of 8 bits.
+#define TRANSPARENT "transparent"
+#define EXPOSURE    "exposure"
 
 // Where in a pattern the frame's number goes.
 typedef struct {
@@ -73,15 +77,15 @@ bool render_frame_path(const char *pattern, int64_t frame, bool many, char *path
 }
 
 static bool refuse(const Reporter *reporter, const char *path, const char *why) {
-    char message[PATH_SIZE + MESSAGE_SIZE + 32];
+    char message[OUTPUT_PATH_SIZE + OUTPUT_MESSAGE_SIZE + 32];
     snprintf(message, sizeof message, "cannot write '%s': %s", path, why);
     reporter->emit(reporter->context, 0, NULL, message);
     return false;
 }
 
-static bool frame_path(const RenderOptions *options, int64_t frame, const Reporter *reporter,
-                       char path[PATH_SIZE]) {
-    return render_frame_path(options->out, frame, options->n_frames > 1, path, PATH_SIZE) ||
+bool output_path(const RenderOptions *options, int64_t frame, const Reporter *reporter,
+                 char path[OUTPUT_PATH_SIZE]) {
+    return render_frame_path(options->out, frame, options->n_frames > 1, path, OUTPUT_PATH_SIZE) ||
            refuse(reporter, options->out,
                   "a pattern holds at most one number (#### or %04d), and 4095 bytes");
 }
@@ -91,10 +95,22 @@ static size_t folder_length(const char *path) {
     return slash ? (size_t)(slash - path) : 0;
 }
 
+bool output_check_path(const char *path, char *message, size_t n) {
+    OutFile file;
+    if (!film_file_has_ending(path)) {
+        return image_write_check(path, message, n);
+    }
+    if (!outfile_open(&file, path, message, n)) {
+        return false;
+    }
+    outfile_abandon(&file);
+    return true;
+}
+
 bool output_check(const RenderOptions *options, const Reporter *reporter) {
-    char path[PATH_SIZE], checked[PATH_SIZE], message[MESSAGE_SIZE];
+    char path[OUTPUT_PATH_SIZE], checked[OUTPUT_PATH_SIZE], message[OUTPUT_MESSAGE_SIZE];
     for (uint32_t i = 0; i < options->n_frames; i++) {
-        if (!frame_path(options, options->frames[i], reporter, path)) {
+        if (!output_path(options, options->frames[i], reporter, path)) {
             return false;
         }
         // Thousands of frames in one folder are checked once.
@@ -102,7 +118,7 @@ bool output_check(const RenderOptions *options, const Reporter *reporter) {
         if (i > 0 && folder == folder_length(checked) && !memcmp(path, checked, folder)) {
             continue;
         }
-        if (!image_write_check(path, message, sizeof message)) {
+        if (!output_check_path(path, message, sizeof message)) {
             return refuse(reporter, path, message);
         }
         memcpy(checked, path, sizeof checked);
@@ -135,9 +151,17 @@ static ImageAttribute number(const char *name, AttributeKind kind, double value)
     return (ImageAttribute){.name = name, .kind = kind, .number = value};
 }
 
-static void add_header(const Scene *scene, const RenderOptions *options, int64_t frame,
-                       Arena *arena, Image *image) {
+static void copy_attributes(Arena *arena, const ImageAttribute *from, size_t n, ImageAttribute **to,
+                            uint32_t *n_to) {
+    *to = ARENA_ARRAY(arena, n, ImageAttribute);
+    *n_to = (uint32_t)n;
+    memcpy(*to, from, n * sizeof *from);
+}
+
+void output_describe(const Scene *scene, const RenderOptions *options, int64_t frame, Arena *arena,
+                     FilmOrigin *origin) {
     const ShutterSettings *shutter = &scene->shutter;
+    const FilmSettings *film = &scene->film;
     const char *interval = arena_printf(arena, "%.17g to %.17g frame periods", shutter->open,
                                         shutter->open + shutter->length);
     const ImageAttribute attributes[] = {
@@ -146,27 +170,93 @@ static void add_header(const Scene *scene, const RenderOptions *options, int64_t
         text("command", options->command_line),
         text("seed", arena_printf(arena, "%llu", (unsigned long long)options->seed)),
         text("shutter", interval),
-        number("samples", ATTRIBUTE_INT, options->spp),
+        number("samples", ATTRIBUTE_INT, 0), // known when the picture is written
         number("frame", ATTRIBUTE_INT, (double)frame),
-        number("expTime", ATTRIBUTE_FLOAT, shutter->length / scene->film.fps),
-        rational("framesPerSecond", scene->film.fps),
+        number("expTime", ATTRIBUTE_FLOAT, shutter->length / film->fps),
+        rational("framesPerSecond", film->fps),
     };
-    image->n_attributes = sizeof attributes / sizeof *attributes;
-    image->attributes = ARENA_ARRAY(arena, image->n_attributes, ImageAttribute);
-    memcpy(image->attributes, attributes, sizeof attributes);
+    const ImageAttribute settings[] = {
+        number("tolerance", ATTRIBUTE_FLOAT, options->tolerance),
+        number("bake", ATTRIBUTE_INT, options->bake),
+        number(TRANSPARENT, ATTRIBUTE_INT, film->transparent),
+        number(EXPOSURE, ATTRIBUTE_FLOAT, film->exposure),
+    };
+    uint32_t first = options->first_sample ? options->first_sample - 1 : 0;
+    *origin = (FilmOrigin){
+        .width = film->width,
+        .height = film->height,
+        .first = first,
+        .n = (options->last_sample ? options->last_sample : options->spp) - first,
+        .spp = options->spp,
+    };
+    copy_attributes(arena, attributes, sizeof attributes / sizeof *attributes, &origin->attributes,
+                    &origin->n_attributes);
+    copy_attributes(arena, settings, sizeof settings / sizeof *settings, &origin->settings,
+                    &origin->n_settings);
 }
 
-bool output_write(const Scene *scene, const RenderOptions *options, const Film *film, int64_t frame,
-                  const Reporter *reporter) {
-    char path[PATH_SIZE], message[MESSAGE_SIZE];
+static double setting(const FilmOrigin *origin, const char *name) {
+    for (uint32_t i = 0; i < origin->n_settings; i++) {
+        if (!strcmp(origin->settings[i].name, name)) {
+            return origin->settings[i].number;
+        }
+    }
+    return 0;
+}
+
+// The origin's attributes, with how many samples there are.
+static void add_header(const FilmOrigin *origin, Arena *arena, Image *image) {
+    copy_attributes(arena, origin->attributes, origin->n_attributes, &image->attributes,
+                    &image->n_attributes);
+    for (uint32_t i = 0; i < image->n_attributes; i++) {
+        ImageAttribute *a = &image->attributes[i];
+        if (!strcmp(a->name, "samples")) {
+            a->number = origin->n;
+        } else if (!strcmp(a->name, "command")) {
+            a->string = arena_printf(arena, "%s --spp %u", a->string, origin->n);
+        }
+    }
+}
+
+bool output_write(const char *path, const Film *film, const FilmOrigin *origin, char *message,
+                  size_t n) {
+    if (film_file_has_ending(path)) {
+        return film_file_write(path, film, origin, message, n);
+    }
     Arena arena = {0};
     Image image;
     film_image(film, &arena, &image);
-    add_header(scene, options, frame, &arena, &image);
-    bool is_written = frame_path(options, frame, reporter, path) &&
-                      (image_write(path, &image, scene->film.transparent, scene->film.exposure,
-                                   message, sizeof message) ||
-                       refuse(reporter, path, message));
+    add_header(origin, &arena, &image);
+    bool is_written = image_write(path, &image, setting(origin, TRANSPARENT) != 0,
+                                  setting(origin, EXPOSURE), message, n);
     arena_free(&arena);
     return is_written;
+}
+
+static bool picture_is_made(Arena *arena, const char *path, const FilmOrigin *origin) {
+    char message[OUTPUT_MESSAGE_SIZE];
+    Image found, wanted = {0};
+    FilmDifference difference;
+    add_header(origin, arena, &wanted);
+    return image_read_exr_header(arena, path, &found, message, sizeof message) &&
+           found.width == origin->width && found.height == origin->height &&
+           film_attributes_agree(arena, found.attributes, found.n_attributes, wanted.attributes,
+                                 wanted.n_attributes, true, &difference);
+}
+
+static bool sums_are_made(Arena *arena, const char *path, const FilmOrigin *origin) {
+    char message[OUTPUT_MESSAGE_SIZE];
+    FilmOrigin found;
+    FilmDifference difference;
+    return film_file_read_origin(arena, path, &found, message, sizeof message) &&
+           found.first == origin->first && found.n == origin->n && found.spp == origin->spp &&
+           film_origin_agrees(arena, &found, origin, &difference);
+}
+
+bool output_is_made(const char *path, const FilmOrigin *origin) {
+    Arena arena = {0};
+    bool is_made = film_file_has_ending(path) ? sums_are_made(&arena, path, origin)
+                                              : picture_is_made(&arena, path, origin);
+    arena_free(&arena);
+    return is_made;
 }

@@ -41,7 +41,7 @@ static void print_bar(const Progress *progress, double done, double rate, double
 static void print(const Progress *progress, uint64_t n_done, double now) {
     double seconds = now - progress->start;
     double done = progress->total ? (double)n_done / (double)progress->total : 1;
-    double rate = seconds > 0 ? (double)n_done / seconds : 0;
+    double rate = seconds > 0 ? (double)(n_done - progress->skipped) / seconds : 0;
     double left = rate > 0 ? (double)(progress->total - n_done) / rate : 0;
     if (progress->kind == PROGRESS_BAR) {
         print_bar(progress, done, rate, left);
@@ -64,6 +64,11 @@ void progress_add(Progress *progress, uint64_t samples) {
         progress->next = now + interval(progress);
         print(progress, done, now);
     }
+}
+
+void progress_skip(Progress *progress, uint64_t samples) {
+    progress->done += samples;
+    progress->skipped += samples;
 }
 
 void progress_end(Progress *progress) {

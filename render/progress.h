@@ -9,6 +9,7 @@
 typedef struct {
     ProgressKind kind;
     uint64_t total, done; // samples, of all frames
+    uint64_t skipped;     // of done: from an earlier run
     int64_t frame;
     double start, next; // seconds of the clock: the first ray, the next line
 } Progress;
@@ -19,6 +20,8 @@ void progress_begin(Progress *progress, ProgressKind kind, uint64_t total);
 // The time that passes until the next samples is not theirs.
 void progress_frame(Progress *progress, int64_t frame);
 void progress_add(Progress *progress, uint64_t samples); // from any thread
-void progress_end(Progress *progress);                   // clears the line
+// Samples that need not be traced; they count as done, not as fast.
+void progress_skip(Progress *progress, uint64_t samples);
+void progress_end(Progress *progress); // clears the line
 
 #endif

@@ -16,33 +16,51 @@ typedef struct {
     void *context;
 } Reporter;
 
+// The ending of files of exact sums (render/film_file.h).
+#define RENDER_FILM_ENDING ".st4film"
+
 typedef enum { PROGRESS_NONE, PROGRESS_BAR, PROGRESS_JSON } ProgressKind;
+
+// Called for each frame whose picture is there: was_there, before this run. What it returns, unless
+// it is 0, ends the run as its exit status.
+typedef int FrameFinished(void *context, int64_t frame, bool was_there);
 
 typedef struct {
     const int64_t *frames; // film frame numbers in the order to render, n_frames >= 1
     uint32_t n_frames;
     const char *out; // pattern: #### or %04d is the frame number; the ending is the format
     uint32_t spp;    // >= 1
+    uint32_t first_sample, last_sample; // of each pixel, from 1 to spp: a slice, whose `out` is a
+                                        // file of sums; 0, 0: all
     uint64_t seed;
     double tolerance;   // pixels; 0: as each shape says
     uint32_t n_threads; // >= 1
     size_t memory;      // bytes for vertex arrays and trees of a block of frames; 0: 4 GiB
     const AccelType *accel;
     AccelOptions accel_options;
-    bool bake;                // everything into one tree
-    bool validate;            // check every structure after its build (tests)
+    bool bake;          // everything into one tree
+    bool validate;      // check every structure after its build (tests)
+    double checkpoint;  // seconds between two checkpoints of a frame; 0: none, not even when
+                        // interrupted
+    bool resume;        // go on from checkpoints; leave pictures that this run would make the same
+    bool skip_existing; // leave pictures that are there, and frames that other processes lock
+    FrameFinished *finished; // NULL: none
+    void *finished_context;
     ProgressKind progress;    // to stderr
     const char *software;     // name and version of the program, for the header of the file
-    const char *command_line; // for the header of the file: what changes the picture, so that files
-                              // are equal whatever the threads, the memory and the other frames
+    const char *command_line; // for the header of the file: what changes the picture but for the
+                              // number of samples, which is added to it, so that files are equal
+                              // whatever the threads, the memory, the other frames and the slices
 } RenderOptions;
 
 typedef struct {
     double parse_seconds, sample_seconds, segment_seconds, build_seconds, trace_seconds,
         write_seconds;
     size_t vertex_bytes, segment_bytes, tree_bytes;
-    uint64_t n_objects, n_triangles, n_spheres, n_keys, n_blocks, n_frames;
+    uint64_t n_objects, n_triangles, n_spheres, n_keys, n_blocks;
     uint64_t n_structures, n_unbuilt; // in all blocks; those that no ray came to
+    uint64_t n_frames;                // pictures written
+    uint64_t n_skipped_frames;        // that were there, or that others have locked
     uint64_t camera_rays, shadow_rays, bounce_rays;
     uint64_t vertex_evaluations;                        // vertices times instants
     uint64_t lens_samples, light_samples, time_samples; // drawn; 0 where the scene needs none
@@ -58,6 +76,9 @@ typedef struct {
 // were finished stay.
 int render_frames(const Scene *scene, const RenderOptions *options, const Reporter *reporter,
                   RenderStats *stats);
+
+// Where the checkpoint of a picture is: its path and ".checkpoint". False: size is too small.
+bool render_checkpoint_path(const char *picture, char *path, size_t size);
 
 // What `st4 check` says of a shape without tracing: how its motion was sampled in these frames.
 typedef struct {

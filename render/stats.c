@@ -6,7 +6,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "render/outfile.h"
 
@@ -74,6 +73,7 @@ static void write_scene(Json *json, const RenderStats *stats) {
     count(json, "frames", stats->n_frames);
     count(json, "structures", stats->n_structures);
     count(json, "unbuilt", stats->n_unbuilt);
+    count(json, "skipped_frames", stats->n_skipped_frames);
     count(json, "vertex_evaluations", stats->vertex_evaluations);
     real(json, "tolerance_reached", stats->tolerance_reached);
     close_object(json);
@@ -150,18 +150,6 @@ static char *format(const RenderStats *stats, size_t *size) {
     return text;
 }
 
-static bool write_all(int fd, const char *text, size_t size) {
-    while (size > 0) {
-        ssize_t n = write(fd, text, size);
-        if (n < 0 && errno != EINTR) {
-            return false;
-        }
-        text += n > 0 ? n : 0;
-        size -= n > 0 ? (size_t)n : 0;
-    }
-    return true;
-}
-
 bool render_write_stats(const char *path, const RenderStats *stats, char *message, size_t n) {
     size_t size;
     char *text = format(stats, &size);
@@ -170,14 +158,9 @@ bool render_write_stats(const char *path, const RenderStats *stats, char *messag
         return false;
     }
     OutFile file;
-    bool is_written = outfile_open(&file, path, message, n);
-    if (is_written && !write_all(file.fd, text, size)) {
-        snprintf(message, n, "cannot write: %s", strerror(errno));
-        outfile_abandon(&file);
-        is_written = false;
-    } else if (is_written) {
-        is_written = outfile_commit(&file, message, n);
-    }
+    bool is_written = outfile_open(&file, path, message, n) &&
+                      outfile_write(&file, text, size, message, n) &&
+                      outfile_commit(&file, message, n);
     free(text);
     return is_written;
 }

@@ -4,32 +4,66 @@
 
 #include "render/interrupt.h"
 
+// Samples between two looks at the clock.
+enum { CLOCK_EVERY = 256 };
+
 typedef struct {
     const RenderOptions *options;
+    const TilePass *pass;
     bool freeze;
     Film *film;
+    Progress *progress;
+    bool is_due; // set by the thread that sees it first
 } Job;
+
+typedef struct {
+    PathTracer tracer;
+    Job *job;
+    uint32_t n_untold; // samples since the progress heard of them
+} Worker;
 
 static uint32_t least(uint32_t a, uint32_t b) {
     return a < b ? a : b;
 }
 
-static void trace_pixel(PathTracer *tracer, const Job *job, uint32_t x, uint32_t y) {
-    Sampler sampler = sampler_pixel(job->options->seed, job->freeze, tracer->frame, x, y);
-    for (uint32_t i = 0; i < job->options->spp && !interrupt_is_asked(); i++) {
-        path_trace(tracer, &sampler, x, y, i, job->film);
+static bool is_stopped(const Job *job) {
+    return interrupt_is_asked() || __atomic_load_n(&job->is_due, __ATOMIC_RELAXED);
+}
+
+static void tell_progress(Worker *worker) {
+    Job *job = worker->job;
+    progress_add(job->progress, worker->n_untold);
+    worker->n_untold = 0;
+    if (progress_clock() >= job->pass->due) {
+        __atomic_store_n(&job->is_due, true, __ATOMIC_RELAXED);
     }
 }
 
-static uint64_t trace_tile(PathTracer *tracer, const Job *job, uint32_t x0, uint32_t y0) {
+static void trace_pixel(Worker *worker, uint32_t x, uint32_t y) {
+    Job *job = worker->job;
+    PathTracer *tracer = &worker->tracer;
+    const uint32_t n = job->pass->n; // the same for all pixels, which is up to the pass alone
+    Sampler sampler = sampler_pixel(job->options->seed, job->freeze, tracer->frame, x, y);
+    for (uint32_t i = film_count(job->film, x, y); i < n && !is_stopped(job); i++) {
+        path_trace(tracer, &sampler, x, y, job->pass->first + i, job->film);
+        if (++worker->n_untold == CLOCK_EVERY) {
+            tell_progress(worker);
+        }
+    }
+}
+
+static void trace_tile(Worker *worker, uint32_t x0, uint32_t y0) {
+    const Job *job = worker->job;
     uint32_t x1 = least(x0 + TILE_SIZE, job->film->width);
     uint32_t y1 = least(y0 + TILE_SIZE, job->film->height);
     for (uint32_t y = y0; y < y1; y++) {
-        for (uint32_t x = x0; x < x1; x++) {
-            trace_pixel(tracer, job, x, y);
+        for (uint32_t x = x0; x < x1 && !is_stopped(job); x++) {
+            trace_pixel(worker, x, y);
         }
     }
-    return (uint64_t)(x1 - x0) * (y1 - y0) * job->options->spp;
+    if (worker->n_untold) {
+        tell_progress(worker);
+    }
 }
 
 static void add_counters(RenderStats *stats, const PathCounters *add) {
@@ -53,35 +87,32 @@ static void add_troubles(const Scene *scene, PathTroubles *troubles, const PathT
     }
 }
 
-bool tiles_trace(const PathScene *paths, const World *world, const RenderOptions *options,
-                 int64_t frame, Film *film, Progress *progress, RenderStats *stats,
-                 PathTroubles *troubles) {
+TilesOutcome tiles_trace(const PathScene *paths, const World *world, const RenderOptions *options,
+                         const TilePass *pass, Film *film, Progress *progress, RenderStats *stats,
+                         PathTroubles *troubles) {
     const Scene *scene = paths->scene;
-    const Job job = {options, scene->render.freeze, film};
+    Job job = {options, pass, scene->render.freeze, film, progress, false};
     const uint32_t columns = (film->width + TILE_SIZE - 1) / TILE_SIZE;
     const uint32_t rows = (film->height + TILE_SIZE - 1) / TILE_SIZE;
-    film_clear(film);
 #pragma omp parallel num_threads((int)options->n_threads)
     {
         Arena arena = {0};
-        PathTracer tracer;
+        Worker worker = {.job = &job};
         WorldView *view = world_view_new(world);
-        path_tracer_init(&tracer, &arena, paths, view, frame);
+        path_tracer_init(&worker.tracer, &arena, paths, view, pass->frame);
 #pragma omp for schedule(dynamic, 1)
         for (uint32_t i = 0; i < columns * rows; i++) {
-            if (!interrupt_is_asked()) {
-                uint64_t n =
-                    trace_tile(&tracer, &job, i % columns * TILE_SIZE, i / columns * TILE_SIZE);
-                progress_add(progress, n);
+            if (!is_stopped(&job)) {
+                trace_tile(&worker, i % columns * TILE_SIZE, i / columns * TILE_SIZE);
             }
         }
 #pragma omp critical(tiles)
         {
-            add_counters(stats, &tracer.counters);
-            add_troubles(scene, troubles, &tracer.troubles);
+            add_counters(stats, &worker.tracer.counters);
+            add_troubles(scene, troubles, &worker.tracer.troubles);
             world_view_destroy(view, &stats->rays);
         }
         arena_free(&arena);
     }
-    return !interrupt_is_asked();
+    return interrupt_is_asked() ? TILES_INTERRUPTED : job.is_due ? TILES_DUE : TILES_DONE;
 }

@@ -134,6 +134,39 @@ static void film_refuses_what_is_not_finite(void **state) {
     arena_free(&arena);
 }
 
+// Slices of the samples add up to the same film, in any order.
+static void film_merges_exactly(void **state) {
+    (void)state;
+    Arena arena = {0};
+    Film whole, parts[3], sum;
+    film_init(&whole, &arena, 2, 1);
+    film_init(&sum, &arena, 2, 1);
+    for (int p = 0; p < 3; p++) {
+        film_init(&parts[p], &arena, 2, 1);
+    }
+    for (int i = 0; i < N; i++) {
+        double u;
+        FilmSample s = sample_at(i, &u);
+        s.color[2] *= 1e30; // saturates
+        film_add(&whole, 1, 0, &s, u, (uint32_t)i);
+        film_add(&parts[i * 3 / N], 1, 0, &s, u, (uint32_t)i);
+    }
+    for (int p = 2; p >= 0; p--) {
+        film_merge(&sum, &parts[p]);
+    }
+    assert_int_equal(film_count(&sum, 0, 0), 0);
+    assert_int_equal(film_count(&sum, 1, 0), N);
+    FilmPlane a[FILM_MAX_PLANES], b[FILM_MAX_PLANES];
+    uint32_t n = film_planes(&whole, a);
+    assert_int_equal(film_planes(&sum, b), n);
+    for (uint32_t i = 0; i < n; i++) {
+        assert_string_equal(a[i].name, b[i].name);
+        assert_int_equal(a[i].size, b[i].size);
+        assert_memory_equal(a[i].data, b[i].data, 2 * a[i].size);
+    }
+    arena_free(&arena);
+}
+
 static void film_saturates(void **state) {
     (void)state;
     Arena arena = {0};
@@ -153,6 +186,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(film_means_are_right),
     cmocka_unit_test(film_takes_ties_by_index),
     cmocka_unit_test(film_refuses_what_is_not_finite),
+    cmocka_unit_test(film_merges_exactly),
     cmocka_unit_test(film_saturates),
 };
 

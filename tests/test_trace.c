@@ -24,7 +24,9 @@ static const Film *trace(TestScene *test, uint32_t spp, RenderStats *stats) {
     path_scene_init(&paths, arena, &test->scene);
     World *world = world_build(&test->scene, &options, &frame, 1, &test->reporter, &n_taken, stats);
     assert_non_null(world);
-    assert_true(tiles_trace(&paths, world, &options, frame, film, &progress, stats, &troubles));
+    const TilePass pass = {.frame = frame, .n = spp, .due = INFINITY};
+    assert_int_equal(tiles_trace(&paths, world, &options, &pass, film, &progress, stats, &troubles),
+                     TILES_DONE);
     world_destroy(world);
     assert_false(troubles.camera);
     assert_int_equal(stats->dropped_samples, 0);

@@ -19,7 +19,7 @@ test_version_is_quick() {
 test_help_names_every_command() {
     local command
     expect 0 "$ST4" help
-    for command in render check info eval mesh fmt depends compare help; do
+    for command in render check info eval mesh fmt depends compare merge help; do
         has "$out" "  $command "
         [ $command = help ] || "$ST4" help $command | grep -q "^usage: st4 $command" ||
             fail "no help for $command"
@@ -62,6 +62,17 @@ fmt
 fmt a.st4 -w --check
 depends a.st4 a.st4
 mesh a.st4 -o a.ply --label nosuch
+a.st4 --samples 1
+a.st4 --samples 0-3
+a.st4 --samples 5-3 -o a.st4film
+a.st4 --samples 1-3
+a.st4 --samples 1-3 -o a.exr
+a.st4 --samples 60-65 -o a.st4film
+a.st4 -o a.st4film -o a.exr
+a.st4 --checkpoint -1
+check a.st4 --resume
+merge
+merge a.st4film
 END
 }
 
@@ -78,8 +89,12 @@ test_manual_knows_every_structure() {
 run_examples() {
     cp "$ROOT"/examples/*.st4 .
     mkdir bin
-    printf '#!/bin/sh\ncase $1 in info|compare|check|eval|mesh|fmt|depends|help) exec "%s" "$@" ;; esac\n' "$ST4" >bin/st4
-    printf 'exec "%s" "$@" -s 2 --size 32x32 -q\n' "$ST4" >>bin/st4
+    cat >bin/st4 <<END
+#!/bin/sh
+case \$1 in info|compare|merge|check|eval|mesh|fmt|depends|help) exec "$ST4" "\$@" ;; esac
+case "\$*" in *--samples*) exec "$ST4" "\$@" --size 32x32 -q ;; esac
+exec "$ST4" "\$@" -s 2 --size 32x32 -q
+END
     chmod +x bin/st4
     local line n=0
     while read -r line; do

@@ -55,6 +55,7 @@ END
     raises estimated-rate 'estimated' <<<'sphere { radius = 2 + d(noise(t)) }'
     raises empty 'visible' <<<'sphere { visible = t > 100 }'
     raises empty 'no shapes' <<<'sun {}'
+    seen="$seen checkpoint-not-used checkpoint-not-saved frame-locked" # by tests/cli/keep.sh
     for name in $(sed -nE 's/^WARNING\([A-Z_]+, "([a-z-]+)".*/\1/p' "$ROOT/lang/warnings.def"); do
         [[ " $seen " == *" $name "* ]] || fail "nothing raises $name"
         grep -qx ".It Cm $name" "$ROOT/man/st4.5" || fail "st4.5 does not explain $name"

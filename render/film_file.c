@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files of sums: writing, reading without belief, comparing what they were made from.
+#include "render/film_file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include "render/outfile.h"
+#include "render/render.h"
+
+static const char magic[8] = {'S', 'T', '4', 'F', 'I', 'L', 'M', '\n'};
+
+enum {
+    MAGIC = sizeof magic,
+    START = MAGIC + 8,       // magic, version, length
+    HEADER_LIMIT = 1 << 20,  // bytes, of a header that is believed
+    ATTRIBUTE_LIMIT = 10000, // of a file
+    SIDE_LIMIT = 65536,      // pixels
+    PIECE = 1 << 20,         // bytes read, or summed, at once
+};
+
+bool film_file_has_ending(const char *path) {
+    size_t n = strlen(path), ending = strlen(RENDER_FILM_ENDING);
+    return n > ending && !strcasecmp(path + n - ending, RENDER_FILM_ENDING);
+}
+
+static uint32_t checksum(uint32_t before, const void *bytes, size_t n) {
+    return (uint32_t)crc32_z(before, bytes, n);
+}
+
+// ---- Writing
+
+static void put_32(FILE *out, uint32_t value) {
+    fwrite(&value, sizeof value, 1, out);
+}
+
+static void put_string(FILE *out, const char *text) {
+    size_t n = text ? strlen(text) : 0;
+    put_32(out, (uint32_t)n);
+    fwrite(text ? text : "", 1, n, out);
+}
+
+static void put_attributes(FILE *out, const ImageAttribute *attributes, uint32_t n) {
+    for (uint32_t i = 0; i < n; i++) {
+        const ImageAttribute *a = &attributes[i];
+        put_32(out, a->kind);
+        put_string(out, a->name);
+        put_string(out, a->string);
+        fwrite(&a->number, sizeof a->number, 1, out);
+        put_32(out, (uint32_t)a->numerator);
+        put_32(out, a->denominator);
+    }
+}
+
+static void put_header(FILE *out, const FilmOrigin *origin, const FilmPlane *planes,
+                       uint32_t n_planes) {
+    const uint32_t numbers[] = {FILM_LAYOUT,          origin->width,     origin->height,
+                                origin->first,        origin->n,         origin->spp,
+                                origin->n_attributes, origin->n_settings};
+    fwrite(numbers, sizeof numbers, 1, out);
+    put_attributes(out, origin->attributes, origin->n_attributes);
+    put_attributes(out, origin->settings, origin->n_settings);
+    put_32(out, n_planes);
+    for (uint32_t i = 0; i < n_planes; i++) {
+        put_string(out, planes[i].name);
+        put_32(out, (uint32_t)planes[i].size);
+    }
+}
+
+// Magic to checksum; to be freed. NULL: no memory.
+static char *format_start(const FilmOrigin *origin, const FilmPlane *planes, uint32_t n_planes,
+                          size_t *size) {
+    char *text = NULL;
+    FILE *out = open_memstream(&text, size);
+    if (!out) {
+        return NULL;
+    }
+    fwrite(magic, MAGIC, 1, out);
+    put_32(out, FILM_FILE_VERSION);
+    put_32(out, 0); // the length, known afterwards
+    put_header(out, origin, planes, n_planes);
+    put_32(out, 0); // the checksum
+    if (fclose(out)) {
+        free(text);
+        return NULL;
+    }
+    uint32_t length = (uint32_t)(*size - START - 4);
+    memcpy(text + MAGIC + 4, &length, 4);
+    uint32_t sum = checksum(0, text, *size - 4);
+    memcpy(text + *size - 4, &sum, 4);
+    return text;
+}
+
+bool film_file_write(const char *path, const Film *film, const FilmOrigin *origin, char *message,
+                     size_t n) {
+    FilmPlane planes[FILM_MAX_PLANES];
+    uint32_t n_planes = film_planes(film, planes), sum = 0;
+    size_t size, n_pixels = (size_t)film->width * film->height;
+    char *start = format_start(origin, planes, n_planes, &size);
+    if (!start) {
+        snprintf(message, n, "cannot write: %s", strerror(ENOMEM));
+        return false;
+    }
+    OutFile file;
+    bool is_fine =
+        outfile_open(&file, path, message, n) && outfile_write(&file, start, size, message, n);
+    free(start);
+    for (uint32_t i = 0; i < n_planes && is_fine; i++) {
+        sum = checksum(sum, planes[i].data, n_pixels * planes[i].size);
+        is_fine = outfile_write(&file, planes[i].data, n_pixels * planes[i].size, message, n);
+    }
+    return is_fine && outfile_write(&file, &sum, sizeof sum, message, n) &&
+           outfile_commit(&file, message, n);
+}
+
+// ---- Reading
+
+// A header on its way. Whoever reads beyond its end gets zeros and is_short.
+typedef struct {
+    const unsigned char *at, *end;
+    bool is_short;
+} Cursor;
+
+static void take(Cursor *cursor, void *to, size_t n) {
+    memset(to, 0, n);
+    if ((size_t)(cursor->end - cursor->at) < n) {
+        cursor->is_short = true;
+        cursor->at = cursor->end;
+        return;
+    }
+    memcpy(to, cursor->at, n);
+    cursor->at += n;
+}
+
+static uint32_t take_32(Cursor *cursor) {
+    uint32_t value;
+    take(cursor, &value, sizeof value);
+    return value;
+}
+
+static const char *take_string(Cursor *cursor, Arena *arena) {
+    size_t n = take_32(cursor);
+    if ((size_t)(cursor->end - cursor->at) < n) {
+        cursor->is_short = true;
+        return "";
+    }
+    const char *text = arena_string(arena, (const char *)cursor->at, n);
+    cursor->at += n;
+    return text;
+}
+
+static ImageAttribute *take_attributes(Cursor *cursor, Arena *arena, uint32_t n) {
+    ImageAttribute *attributes = ARENA_ARRAY(arena, n, ImageAttribute);
+    for (uint32_t i = 0; i < n; i++) {
+        ImageAttribute *a = &attributes[i];
+        uint32_t kind = take_32(cursor);
+        cursor->is_short |= kind > ATTRIBUTE_RATIONAL;
+        a->kind = kind > ATTRIBUTE_RATIONAL ? ATTRIBUTE_STRING : (AttributeKind)kind;
+        a->name = take_string(cursor, arena);
+        a->string = take_string(cursor, arena);
+        take(cursor, &a->number, sizeof a->number);
+        a->numerator = (int32_t)take_32(cursor);
+        a->denominator = take_32(cursor);
+    }
+    return attributes;
+}
+
+typedef struct {
+    int fd;
+    Arena *arena;
+    uint64_t size;   // of the file
+    uint64_t planes; // where they begin
+    uint32_t pixel_bytes, n_planes;
+    uint32_t plane_size[FILM_MAX_PLANES];
+    char *message;
+    size_t n;
+} Reader;
+
+static bool refuse(const Reader *reader, const char *sentence) {
+    snprintf(reader->message, reader->n, "%s", sentence);
+    return false;
+}
+
+static bool read_bytes(const Reader *reader, void *to, size_t n) {
+    char *at = to;
+    while (n > 0) {
+        ssize_t got = read(reader->fd, at, n);
+        if (got < 0 && errno == EINTR) {
+            continue;
+        }
+        if (got < 0) {
+            snprintf(reader->message, reader->n, "cannot read: %s", strerror(errno));
+            return false;
+        }
+        if (got == 0) {
+            return refuse(reader, "damaged: the file ends too early");
+        }
+        at += got;
+        n -= (size_t)got;
+    }
+    return true;
+}
+
+static bool take_header(Reader *reader, Cursor *cursor, FilmOrigin *origin) {
+    uint32_t layout = take_32(cursor);
+    if (layout != FILM_LAYOUT) {
+        return refuse(reader, "its sums are laid out as another version of st4 does it; "
+                              "that version reads it");
+    }
+    *origin = (FilmOrigin){take_32(cursor)};
+    origin->height = take_32(cursor);
+    origin->first = take_32(cursor);
+    origin->n = take_32(cursor);
+    origin->spp = take_32(cursor);
+    origin->n_attributes = take_32(cursor);
+    origin->n_settings = take_32(cursor);
+    if (!origin->width || !origin->height || origin->width > SIDE_LIMIT ||
+        origin->height > SIDE_LIMIT || origin->n_attributes > ATTRIBUTE_LIMIT ||
+        origin->n_settings > ATTRIBUTE_LIMIT || !origin->n || origin->first > origin->spp ||
+        origin->n > origin->spp - origin->first) {
+        return refuse(reader, "damaged: its header makes no sense");
+    }
+    origin->attributes = take_attributes(cursor, reader->arena, origin->n_attributes);
+    origin->settings = take_attributes(cursor, reader->arena, origin->n_settings);
+    reader->n_planes = take_32(cursor);
+    for (uint32_t i = 0; i < reader->n_planes && i < FILM_MAX_PLANES; i++) {
+        take_string(cursor, reader->arena);
+        reader->plane_size[i] = take_32(cursor);
+        reader->pixel_bytes += reader->plane_size[i];
+    }
+    if (cursor->is_short || cursor->at != cursor->end || reader->n_planes > FILM_MAX_PLANES) {
+        return refuse(reader, "damaged: its header makes no sense");
+    }
+    return true;
+}
+
+static bool check_size(const Reader *reader, const FilmOrigin *origin) {
+    uint64_t expected =
+        reader->planes + (uint64_t)origin->width * origin->height * reader->pixel_bytes + 4;
+    if (expected != reader->size) {
+        snprintf(reader->message, reader->n, "damaged: it has %llu bytes, %llu are expected",
+                 (unsigned long long)reader->size, (unsigned long long)expected);
+        return false;
+    }
+    return true;
+}
+
+static bool read_start(Reader *reader, FilmOrigin *origin) {
+    unsigned char start[START];
+    if (reader->size < START || !read_bytes(reader, start, START) ||
+        memcmp(start, magic, MAGIC) != 0) {
+        return refuse(reader, "not a file of sums (" RENDER_FILM_ENDING ")");
+    }
+    uint32_t version, length, sum;
+    memcpy(&version, start + MAGIC, 4);
+    memcpy(&length, start + MAGIC + 4, 4);
+    if (version != FILM_FILE_VERSION) {
+        snprintf(reader->message, reader->n,
+                 "a file of sums of version %u, where this st4 reads version %d", version,
+                 FILM_FILE_VERSION);
+        return false;
+    }
+    if (length > HEADER_LIMIT || reader->size < (uint64_t)START + length + 4) {
+        return refuse(reader, "damaged: the file ends too early");
+    }
+    unsigned char *header = arena_alloc(reader->arena, length);
+    if (!read_bytes(reader, header, length) || !read_bytes(reader, &sum, sizeof sum)) {
+        return false;
+    }
+    if (checksum(checksum(0, start, START), header, length) != sum) {
+        return refuse(reader, "damaged: the checksum of its header is wrong");
+    }
+    reader->planes = (uint64_t)START + length + 4;
+    Cursor cursor = {header, header + length, false};
+    return take_header(reader, &cursor, origin) && check_size(reader, origin);
+}
+
+static bool read_planes(const Reader *reader, const FilmOrigin *origin, Film *film) {
+    FilmPlane planes[FILM_MAX_PLANES];
+    uint32_t sum = 0, found;
+    film_init(film, reader->arena, origin->width, origin->height);
+    uint32_t n_planes = film_planes(film, planes);
+    bool is_same = n_planes == reader->n_planes;
+    for (uint32_t i = 0; i < n_planes && is_same; i++) {
+        is_same = planes[i].size == reader->plane_size[i];
+    }
+    if (!is_same) {
+        return refuse(reader, "damaged: its sums are not those of this version");
+    }
+    for (uint32_t i = 0; i < n_planes; i++) {
+        size_t size = (size_t)origin->width * origin->height * planes[i].size;
+        for (size_t at = 0; at < size; at += PIECE) {
+            size_t n = size - at < PIECE ? size - at : PIECE;
+            if (!read_bytes(reader, (char *)planes[i].data + at, n)) {
+                return false;
+            }
+            sum = checksum(sum, (char *)planes[i].data + at, n);
+        }
+    }
+    if (!read_bytes(reader, &found, sizeof found)) {
+        return false;
+    }
+    return found == sum || refuse(reader, "damaged: the checksum of its sums is wrong");
+}
+
+// film: NULL where the origin is enough.
+static bool read_file(Arena *arena, const char *path, Film *film, FilmOrigin *origin, char *message,
+                      size_t n) {
+    Reader reader = {.arena = arena, .message = message, .n = n};
+    struct stat s;
+    // O_NONBLOCK: a pipe that nobody writes to must not hold the program.
+    reader.fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (reader.fd < 0 || fstat(reader.fd, &s) != 0) {
+        snprintf(message, n, "cannot read: %s", strerror(errno));
+        if (reader.fd >= 0) {
+            close(reader.fd);
+        }
+        return false;
+    }
+    reader.size = (uint64_t)s.st_size;
+    bool is_read = S_ISREG(s.st_mode) ? read_start(&reader, origin)
+                                      : refuse(&reader, "cannot read: not a regular file");
+    is_read = is_read && (!film || read_planes(&reader, origin, film));
+    close(reader.fd);
+    return is_read;
+}
+
+bool film_file_read_origin(Arena *arena, const char *path, FilmOrigin *origin, char *message,
+                           size_t n) {
+    return read_file(arena, path, NULL, origin, message, n);
+}
+
+bool film_file_read(Arena *arena, const char *path, Film *film, FilmOrigin *origin, char *message,
+                    size_t n) {
+    return read_file(arena, path, film, origin, message, n);
+}
+
+bool film_file_is(const char *path) {
+    char start[MAGIC];
+    struct stat s; // of a pipe the bytes would be gone
+    FILE *file = stat(path, &s) == 0 && S_ISREG(s.st_mode) ? fopen(path, "rb") : NULL;
+    bool is_one = file && fread(start, 1, MAGIC, file) == MAGIC && memcmp(start, magic, MAGIC) == 0;
+    if (file) {
+        fclose(file);
+    }
+    return is_one;
+}

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files of exact sums, *.st4film: a film with what it was made from. Checkpoints are such files,
+// and so are slices, which `st4 merge` adds up.
+//
+// Not EXR with the sums in its channels: EXR has no 64-bit integers, so that each sum would be two
+// channels that no other program makes sense of, and no checksum over the whole; a checkpoint is
+// written every minute and read perhaps once, so it is to be written at the speed of the disk.
+//
+// All numbers are little-endian. Strings: uint32 length, bytes. Attributes: uint32 kind
+// (AttributeKind), name, string, double number, int32 numerator, uint32 denominator.
+//
+//     magic     8 bytes, "ST4FILM\n"
+//     version   uint32, FILM_FILE_VERSION
+//     length    uint32, bytes of the header that follows
+//     header    uint32: layout (FILM_LAYOUT), width, height, first, n, spp,
+//               n_attributes, n_settings; attributes, settings;
+//               uint32: n_planes; for each plane its name and uint32 bytes of a pixel
+//     checksum  uint32, CRC-32 of all before
+//     planes    one after the other, [height][width]
+//     checksum  uint32, CRC-32 of the planes
+#ifndef RENDER_FILM_FILE_H
+#define RENDER_FILM_FILE_H
+
+#include "render/film.h"
+
+enum { FILM_FILE_VERSION = 1 };
+
+// What a film was made from, and which samples are in it.
+typedef struct {
+    uint32_t width, height;
+    uint32_t first; // index of the first sample of each pixel; 0 is the first of all
+    uint32_t n;     // samples of each pixel once it is finished
+    uint32_t spp;   // of the picture that this is a part of, >= first + n
+    uint32_t n_attributes, n_settings;
+    ImageAttribute *attributes; // [n_attributes] of the picture's header
+    ImageAttribute *settings;   // [n_settings] more of what samples depend on
+} FilmOrigin;
+
+bool film_file_has_ending(const char *path);
+
+// Where path is one; what cannot be read is none.
+bool film_file_is(const char *path);
+
+// As image.h: false with one sentence in message[n], without the file's name; there whole or not
+// at all.
+bool film_file_write(const char *path, const Film *film, const FilmOrigin *origin, char *message,
+                     size_t n);
+
+// What the file says of itself; its size and the header's checksum are right then.
+bool film_file_read_origin(Arena *arena, const char *path, FilmOrigin *origin, char *message,
+                           size_t n);
+
+// With the sums, into film, which is initialised here from the arena. Nothing is believed before
+// both checksums are found to be right.
+bool film_file_read(Arena *arena, const char *path, Film *film, FilmOrigin *origin, char *message,
+                    size_t n);
+
+// What differs, as text.
+typedef struct {
+    const char *name, *a, *b;
+} FilmDifference;
+
+// Whether both are of the same samples: size, attributes (but for "command" and "samples", which
+// say nothing of a sample) and settings. False: the first difference, from the arena.
+bool film_origin_agrees(Arena *arena, const FilmOrigin *a, const FilmOrigin *b,
+                        FilmDifference *difference);
+
+// The same of lists of attributes; with is_strict "command" and "samples" count as well.
+bool film_attributes_agree(Arena *arena, const ImageAttribute *a, uint32_t n_a,
+                           const ImageAttribute *b, uint32_t n_b, bool is_strict,
+                           FilmDifference *difference);
+
+typedef struct {
+    uint32_t least, most; // samples of a pixel
+    uint64_t total;       // samples of all pixels
+} FilmCounts;
+
+FilmCounts film_counts(const Film *film);
+
+#endif

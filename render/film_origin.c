@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether two films are of the same samples, and how many are in one.
+#include "render/film_file.h"
+
+#include <string.h>
+
+// These say how many samples there are and how they were asked for, not what one of them is.
+static bool is_of_the_run(const char *name) {
+    return !strcmp(name, "command") || !strcmp(name, "samples");
+}
+
+static const ImageAttribute *find(const ImageAttribute *attributes, uint32_t n, const char *name) {
+    for (uint32_t i = 0; i < n; i++) {
+        if (!strcmp(attributes[i].name, name)) {
+            return &attributes[i];
+        }
+    }
+    return NULL;
+}
+
+static const char *value_of(Arena *arena, const ImageAttribute *a) {
+    if (!a) {
+        return "not there";
+    }
+    switch (a->kind) {
+    case ATTRIBUTE_STRING:
+        return a->string;
+    case ATTRIBUTE_INT:
+        return arena_printf(arena, "%.17g", a->number);
+    case ATTRIBUTE_FLOAT:
+        // As exactly as EXR holds them.
+        return arena_printf(arena, "%.9g", (double)(float)a->number);
+    case ATTRIBUTE_RATIONAL:
+        break;
+    }
+    return arena_printf(arena, "%d/%u", a->numerator, a->denominator);
+}
+
+// Each of a is in b with the same value. is_swapped: a is the other one.
+static bool are_in(Arena *arena, const ImageAttribute *a, uint32_t n_a, const ImageAttribute *b,
+                   uint32_t n_b, bool is_strict, bool is_swapped, FilmDifference *difference) {
+    for (uint32_t i = 0; i < n_a; i++) {
+        const char *mine = value_of(arena, &a[i]);
+        const char *other = value_of(arena, find(b, n_b, a[i].name));
+        if ((is_strict || !is_of_the_run(a[i].name)) && strcmp(mine, other) != 0) {
+            *difference = is_swapped ? (FilmDifference){a[i].name, other, mine}
+                                     : (FilmDifference){a[i].name, mine, other};
+            return false;
+        }
+    }
+    return true;
+}
+
+bool film_attributes_agree(Arena *arena, const ImageAttribute *a, uint32_t n_a,
+                           const ImageAttribute *b, uint32_t n_b, bool is_strict,
+                           FilmDifference *difference) {
+    return are_in(arena, a, n_a, b, n_b, is_strict, false, difference) &&
+           are_in(arena, b, n_b, a, n_a, is_strict, true, difference);
+}
+
+bool film_origin_agrees(Arena *arena, const FilmOrigin *a, const FilmOrigin *b,
+                        FilmDifference *difference) {
+    if (a->width != b->width || a->height != b->height) {
+        *difference = (FilmDifference){"size", arena_printf(arena, "%ux%u", a->width, a->height),
+                                       arena_printf(arena, "%ux%u", b->width, b->height)};
+        return false;
+    }
+    return film_attributes_agree(arena, a->attributes, a->n_attributes, b->attributes,
+                                 b->n_attributes, false, difference) &&
+           film_attributes_agree(arena, a->settings, a->n_settings, b->settings, b->n_settings,
+                                 false, difference);
+}
+
+FilmCounts film_counts(const Film *film) {
+    FilmCounts counts = {.least = UINT32_MAX};
+    for (uint32_t y = 0; y < film->height; y++) {
+        for (uint32_t x = 0; x < film->width; x++) {
+            uint32_t n = film_count(film, x, y);
+            counts.least = n < counts.least ? n : counts.least;
+            counts.most = n > counts.most ? n : counts.most;
+            counts.total += n;
+        }
+    }
+    return counts;
+}
