@@ -199,7 +199,9 @@ static void add_met_lights(const PathTracer *tracer, Path *path, double tmax) {
         double density;
         if (light_hit(light, path->origin, path->dir, tmax, &density)) {
             double share = path->density > 0 ? path->density / (path->density + density) : 1;
-            add_scaled(path->color, path->specular, light->color, share);
+            share *= light_share(light, vec3_scale(path->dir, -1));
+            add_scaled(path->color, light_is_near(light) ? path->weight : path->specular,
+                       light->color, share);
         }
     }
 }
@@ -210,7 +212,7 @@ static uint32_t sample_set(const PathTracer *tracer, const Path *path, uint32_t 
 }
 
 static void add_light(PathTracer *tracer, Path *path, const Vertex *vertex, uint32_t i,
-                      bool follows_specular) {
+                      bool is_followed) {
     const LightAt *light = &tracer->lights.lights[i];
     double u[SAMPLE_DIMENSIONS] = {0};
     if (light->has_area) {
@@ -227,9 +229,10 @@ static void add_light(PathTracer *tracer, Path *path, const Vertex *vertex, uint
     double diffuse[3], specular[3], density, total[3];
     bsdf_eval(&vertex->bsdf, vertex->wo, wi, diffuse, specular, &density);
     double share =
-        follows_specular && sample.density > 0 ? sample.density / (sample.density + density) : 1;
+        is_followed && sample.density > 0 ? sample.density / (sample.density + density) : 1;
+    double share_diffuse = light_is_near(light) ? share : 1;
     for (int c = 0; c < 3; c++) {
-        total[c] = (diffuse[c] + specular[c] * share) * path->weight[c];
+        total[c] = (diffuse[c] * share_diffuse + specular[c] * share) * path->weight[c];
     }
     if (!(max3(total) > 0)) {
         return;
@@ -242,13 +245,10 @@ static void add_light(PathTracer *tracer, Path *path, const Vertex *vertex, uint
     }
 }
 
-static bool has_area_light(const LightSet *lights) {
-    for (uint32_t i = 0; i < lights->n; i++) {
-        if (lights->lights[i].has_area) {
-            return true;
-        }
-    }
-    return false;
+// Whether a path may go on to meet a light: one that is near by any weight, others by the specular
+// part of it.
+static bool meets_lights_by(const LightSet *lights, bool is_specular) {
+    return lights->is_near || (is_specular && lights->has_area);
 }
 
 // Below the surface that the shading normal hides, a reflection is lifted back to it.
@@ -301,7 +301,9 @@ static bool wants_surface(const PathTracer *tracer, const Path *path) {
 // Follows the path's ray. True: it ends at a surface.
 static bool follow(PathTracer *tracer, Path *path, Vertex *vertex) {
     WorldView *view = tracer->view;
-    bool meets_lights = max3(path->specular) > 0 && has_area_light(&tracer->lights);
+    // The camera does not see lights: its weight is specular in none.
+    bool meets_lights =
+        path->depth > 0 && meets_lights_by(&tracer->lights, max3(path->specular) > 0);
     tracer->counters.bounce_rays += path->depth > 0;
     if (!wants_surface(tracer, path) && !meets_lights) {
         return world_occluded(view, path->origin, path->dir, 0, INFINITY);
@@ -333,7 +335,7 @@ static bool scatter(PathTracer *tracer, Path *path, Vertex *vertex) {
     if (path->depth > bounces) {
         return false;
     }
-    bool sees_lights = bsdf_has_specular(bsdf) && has_area_light(&tracer->lights);
+    bool sees_lights = meets_lights_by(&tracer->lights, bsdf_has_specular(bsdf));
     bool goes_on = path->depth < bounces || paths->has_sky || paths->has_glow || sees_lights;
     if (bsdf_has_diffuse(bsdf) || !bsdf->is_mirror) {
         for (uint32_t i = 0; i < tracer->lights.n; i++) {
