@@ -164,10 +164,13 @@ static bool add_sky(LightSet *set, const Light *light, const double in[IN_COUNT]
 
 void light_set_at(const Scene *scene, double seconds, LightSet *set, bool *bad) {
     double in[IN_COUNT] = {[IN_T] = seconds, [IN_FILM_T] = seconds};
-    *set = (LightSet){.lights = set->lights};
+    *set = (LightSet){.lights = set->lights, .only_far = set->only_far};
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         const Light *light = &scene->lights[i];
         bool is_bad = false;
+        if (set->only_far && light->kind != LIGHT_SKY && light->kind != LIGHT_SUN) {
+            continue;
+        }
         if (light->kind == LIGHT_SKY) {
             is_bad = !add_sky(set, light, in);
         } else if (light_at(light, seconds, &set->lights[set->n], &is_bad)) {

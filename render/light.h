@@ -39,6 +39,7 @@ typedef struct {
     double sky[3];   // radiance, of all skies together
     bool has_area;   // one of them has
     bool is_near;    // one of them is looked for by matte surfaces too (light_is_near)
+    bool only_far;   // set by the caller: lamps, spots and areas are left out
 } LightSet;
 
 // What is visible at that instant. bad[scene->n_lights]: set where a light is not finite (it counts

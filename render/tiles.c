@@ -60,13 +60,15 @@ bool tiles_trace(const PathScene *paths, const World *world, const RenderOptions
     const Job job = {options, scene->render.freeze, film};
     const uint32_t columns = (film->width + TILE_SIZE - 1) / TILE_SIZE;
     const uint32_t rows = (film->height + TILE_SIZE - 1) / TILE_SIZE;
+    Arena lights = {0};
+    const PathScene framed = path_scene_frame(paths, &lights, world, frame);
     film_clear(film);
 #pragma omp parallel num_threads((int)options->n_threads)
     {
         Arena arena = {0};
         PathTracer tracer;
         WorldView *view = world_view_new(world);
-        path_tracer_init(&tracer, &arena, paths, view, frame);
+        path_tracer_init(&tracer, &arena, &framed, view, frame);
 #pragma omp for schedule(dynamic, 1)
         for (uint32_t i = 0; i < columns * rows; i++) {
             if (!interrupt_is_asked()) {
@@ -83,5 +85,6 @@ bool tiles_trace(const PathScene *paths, const World *world, const RenderOptions
         }
         arena_free(&arena);
     }
+    arena_free(&lights);
     return !interrupt_is_asked();
 }
