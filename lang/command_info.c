@@ -38,13 +38,13 @@ static Counts count(const Scene *scene) {
 static bool lights_have_size(const Scene *scene) {
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         const Light *light = &scene->lights[i];
-        double out[8] = {0};
+        double out[16] = {0};
         if (light->kind == LIGHT_SKY || !program_is_constant(light->program)) {
             continue;
         }
         const double in[IN_COUNT] = {0};
         program_run1(light->program, in, out);
-        if (out[7] > 0) {
+        if (out[7] > 0 || light->kind == LIGHT_AREA) {
             return true;
         }
     }

@@ -315,6 +315,9 @@ void lower_object(Eval *ev, const Object *object, const Place *place, const char
     case OBJECT_SUN:
         lower_sun(ev, object, place);
         break;
+    case OBJECT_AREA:
+        lower_area(ev, object, place);
+        break;
     case OBJECT_LAMP:
         lower_lamp(ev, object, place);
         break;

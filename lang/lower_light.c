@@ -75,6 +75,12 @@ static void add_light(Eval *ev, LightKind kind, const Object *object, const Plac
     }
 }
 
+static bool is_zero(Eval *ev, Ref3 v) {
+    double x[3];
+    return dag_is_const(ev->dag, v.x, &x[0]) && dag_is_const(ev->dag, v.y, &x[1]) &&
+           dag_is_const(ev->dag, v.z, &x[2]) && x[0] == 0 && x[1] == 0 && x[2] == 0;
+}
+
 void lower_sun(Eval *ev, const Object *object, const Place *place) {
     Ref refs[8];
     Ref3 dir, color;
@@ -88,10 +94,7 @@ void lower_sun(Eval *ev, const Object *object, const Place *place) {
     append3(refs, &n, placed_vector(ev, place, dir));
     n++;
     append3(refs, &n, color);
-    double x[3];
-    bool is_known = dag_is_const(ev->dag, refs[0], &x[0]) &&
-                    dag_is_const(ev->dag, refs[1], &x[1]) && dag_is_const(ev->dag, refs[2], &x[2]);
-    if (is_known && x[0] == 0 && x[1] == 0 && x[2] == 0) {
+    if (is_zero(ev, ref3(refs[0], refs[1], refs[2]))) {
         eval_error_at(ev, object->where, "dir points towards the sun",
                       "the sun has no direction: dir is <0, 0, 0>");
         return;
@@ -99,9 +102,24 @@ void lower_sun(Eval *ev, const Object *object, const Place *place) {
     add_light(ev, LIGHT_SUN, object, place, refs, 8);
 }
 
+// What only a spot has, where there is no cone. True: reported.
+static bool lacks_cone(Eval *ev, const Object *object) {
+    static const PropertyId of_spots[] = {PROPERTY_LAMP_DIR, PROPERTY_LAMP_EDGE};
+    for (int i = 0; i < 2; i++) {
+        const Given *given = object_given(object, of_spots[i]);
+        if (given) {
+            eval_error_at(ev, given->name, "write cone = 40deg too",
+                          "a lamp without a cone shines to all sides: it has no %s",
+                          property_infos[of_spots[i]].name);
+            return true;
+        }
+    }
+    return false;
+}
+
 void lower_lamp(Eval *ev, const Object *object, const Place *place) {
-    Ref refs[8];
-    Ref3 from, color;
+    Ref refs[13];
+    Ref3 from, color, dir;
     uint32_t n = 0;
     if (!lower_vec3(ev, object, PROPERTY_LAMP_FROM, &from) ||
         !lower_scalar(ev, object, PROPERTY_LAMP_POWER, &refs[3]) ||
@@ -112,7 +130,74 @@ void lower_lamp(Eval *ev, const Object *object, const Place *place) {
     append3(refs, &n, placed_point(ev, place, from));
     n++;
     append3(refs, &n, color);
-    add_light(ev, LIGHT_LAMP, object, place, refs, 8);
+    if (!object_given(object, PROPERTY_LAMP_CONE)) {
+        if (!lacks_cone(ev, object)) {
+            add_light(ev, LIGHT_LAMP, object, place, refs, 8);
+        }
+        return;
+    }
+    if (!lower_vec3(ev, object, PROPERTY_LAMP_DIR, &dir) ||
+        !lower_scalar(ev, object, PROPERTY_LAMP_CONE, &refs[11]) ||
+        !lower_scalar(ev, object, PROPERTY_LAMP_EDGE, &refs[12])) {
+        return;
+    }
+    if (is_zero(ev, dir)) {
+        eval_error_at(ev, object->where, "dir says where the spot points",
+                      "the spot points nowhere: dir is <0, 0, 0>");
+        return;
+    }
+    n++;
+    append3(refs, &n, placed_vector(ev, place, dir));
+    add_light(ev, LIGHT_SPOT, object, place, refs, 13);
+}
+
+// Half the edges of a rectangle that faces `normal`: the width lies level, or along x where it
+// faces up or down.
+static void half_edges(Eval *ev, Ref3 normal, Ref width, Ref height, Ref3 *u, Ref3 *v) {
+    Dag *dag = ev->dag;
+    Ref half = dag_const(dag, 0.5);
+    normal = spatial_normalize(dag, normal);
+    Ref3 level = spatial_cross(dag, spatial_const(dag, 0, 1, 0), normal);
+    Ref is_steep =
+        dag_op(dag, OP_LT, spatial_dot(dag, level, level), dag_const(dag, 1e-12), REF_NONE);
+    level =
+        spatial_normalize(dag, spatial_select(dag, is_steep, spatial_const(dag, 1, 0, 0), level));
+    *u = spatial_scale(dag, level, dag_op(dag, OP_MUL, width, half, REF_NONE));
+    *v = spatial_scale(dag, spatial_cross(dag, normal, level),
+                       dag_op(dag, OP_MUL, height, half, REF_NONE));
+}
+
+void lower_area(Eval *ev, const Object *object, const Place *place) {
+    Ref refs[14];
+    Ref3 from, to, color, u, v;
+    uint32_t n = 0;
+    Value size = object_value(ev, object, PROPERTY_AREA_SIZE);
+    if (!lower_vec3(ev, object, PROPERTY_AREA_FROM, &from) ||
+        !lower_vec3(ev, object, PROPERTY_AREA_TO, &to) || !value_is(&size, VALUE_VEC) ||
+        !lower_scalar(ev, object, PROPERTY_AREA_POWER, &refs[3]) ||
+        !lower_vec3(ev, object, PROPERTY_AREA_COLOR, &color) ||
+        !lower_scalar(ev, object, PROPERTY_AREA_TWO_SIDED, &refs[7])) {
+        return;
+    }
+    Ref3 normal = spatial_sub(ev->dag, to, from);
+    if (is_zero(ev, normal)) {
+        eval_error_at(ev, object->where, "to is what it shines at",
+                      "the area faces nowhere: from and to are the same point");
+        return;
+    }
+    half_edges(ev, normal, size.ref[0], size.ref[1], &u, &v);
+    if (!place->is_identity) { // a mirror does not change which side shines
+        Ref side = dag_op(ev->dag, OP_SIGN, spatial_map_determinant(ev->dag, &place->map), REF_NONE,
+                          REF_NONE);
+        u = spatial_scale(ev->dag, u, side);
+    }
+    append3(refs, &n, placed_point(ev, place, from));
+    n++;
+    append3(refs, &n, color);
+    n++;
+    append3(refs, &n, placed_vector(ev, place, u));
+    append3(refs, &n, placed_vector(ev, place, v));
+    add_light(ev, LIGHT_AREA, object, place, refs, 14);
 }
 
 void lower_sky(Eval *ev, const Object *object, const Place *place) {

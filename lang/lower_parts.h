@@ -127,6 +127,7 @@ void lower_render(Eval *ev, const Object *object);
 void lower_camera(Eval *ev, const Object *object, const Place *place);
 void lower_sun(Eval *ev, const Object *object, const Place *place);
 void lower_lamp(Eval *ev, const Object *object, const Place *place);
+void lower_area(Eval *ev, const Object *object, const Place *place);
 void lower_sky(Eval *ev, const Object *object, const Place *place);
 
 // lang/lower_shape.c

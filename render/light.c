@@ -4,10 +4,11 @@
 
 #include "render/sampling.h"
 
-enum { MAX_OUT = 8 };
-
 // Outputs of each kind's program.
-static const int n_out[] = {[LIGHT_SUN] = 8, [LIGHT_LAMP] = 8, [LIGHT_SKY] = 4};
+static const int n_out[] = {
+    [LIGHT_SUN] = 8, [LIGHT_LAMP] = 8, [LIGHT_SKY] = 4, [LIGHT_SPOT] = 13, [LIGHT_AREA] = 14};
+
+enum { MAX_OUT = 14 };
 
 bool light_is_moving(const Light *light) {
     return program_reads(light->program, IN_T) || program_reads(light->program, IN_FILM_T) ||
@@ -31,8 +32,8 @@ static bool sun_at(const double *out, LightAt *light) {
     half = half < SAMPLING_PI / 2 ? half : SAMPLING_PI / 2;
     double sine = program_fold(OP_SIN, half, 0, 0);
     double quarter_sine = program_fold(OP_SIN, half / 2, 0, 0);
-    *light = (LightAt){.at = vec3_scale(towards, 1 / length),
-                       .is_sun = true,
+    *light = (LightAt){.kind = LIGHT_SUN,
+                       .at = vec3_scale(towards, 1 / length),
                        .has_area = sine * sine > 0,
                        .spread = 2 * quarter_sine * quarter_sine};
     // A disc of radiance L gives pi sin^2 L on a surface that faces its centre.
@@ -43,12 +44,52 @@ static bool sun_at(const double *out, LightAt *light) {
 
 // out: centre, power, r g b, radius.
 static bool lamp_at(const double *out, LightAt *light) {
-    *light = (LightAt){.at = vec3(out[0], out[1], out[2]), .radius = fabs(out[7])};
+    *light =
+        (LightAt){.kind = LIGHT_LAMP, .at = vec3(out[0], out[1], out[2]), .radius = fabs(out[7])};
     double r2 = light->radius * light->radius;
     light->has_area = r2 > 0;
     // A ball of radiance L has intensity pi r^2 L in every direction.
     double area = light->has_area ? SAMPLING_PI * r2 : 1;
     scaled_color(light->color, out + 4, out[3] / (4 * SAMPLING_PI) / area);
+    return true;
+}
+
+// out: as a lamp, axis, cone, edge.
+static bool spot_at(const double *out, LightAt *light) {
+    Vec3 axis = vec3(out[8], out[9], out[10]);
+    double length = vec3_length(axis);
+    if (!(length > 0) || !isfinite(length) || !lamp_at(out, light)) {
+        return false;
+    }
+    light->kind = LIGHT_SPOT;
+    light->axis = vec3_scale(axis, 1 / length);
+    light->outer = fmin(0.5 * fabs(out[11]), SAMPLING_PI);
+    light->inner = fmax(light->outer - fabs(out[12]), 0);
+    light->cos_outer = program_fold(OP_COS, light->outer, 0, 0);
+    light->cos_inner = program_fold(OP_COS, light->inner, 0, 0);
+    return true;
+}
+
+// out: middle, power, r g b, two-sided, half edges.
+static bool area_at(const double *out, LightAt *light) {
+    *light = (LightAt){.kind = LIGHT_AREA,
+                       .at = vec3(out[0], out[1], out[2]),
+                       .half_u = vec3(out[8], out[9], out[10]),
+                       .half_v = vec3(out[11], out[12], out[13]),
+                       .two_sided = out[7] != 0,
+                       .has_area = true};
+    Vec3 normal = vec3_cross(light->half_u, light->half_v);
+    double quarter = vec3_length(normal);
+    if (!isfinite(quarter)) {
+        return false;
+    }
+    light->size = 4 * quarter;
+    if (quarter > 0) { // else it is dark: nothing shines
+        light->axis = vec3_scale(normal, 1 / quarter);
+        // A side of radiance L sends out pi L from each square metre.
+        double sides = light->two_sided ? 2 : 1;
+        scaled_color(light->color, out + 4, out[3] / (SAMPLING_PI * light->size * sides));
+    }
     return true;
 }
 
@@ -73,52 +114,98 @@ static bool is_dark(const double color[3]) {
     return color[0] == 0 && color[1] == 0 && color[2] == 0;
 }
 
-static bool add_light(LightSet *set, const Light *light, const double in[IN_COUNT]) {
-    double out[MAX_OUT];
-    program_run1(light->program, in, out);
-    if (!all_finite(out, n_out[light->kind])) {
-        return false;
-    }
-    LightAt *at = &set->lights[set->n];
-    double sky[3];
-    switch (light->kind) {
-    case LIGHT_SKY:
-        scaled_color(sky, out, out[3]);
-        for (int c = 0; c < 3; c++) {
-            set->sky[c] += sky[c];
-        }
-        return all_finite(sky, 3);
+// What the program gave, as a light. False: not finite.
+static bool shape_light(LightKind kind, const double *out, LightAt *at) {
+    switch (kind) {
     case LIGHT_SUN:
-        if (!sun_at(out, at)) {
-            return false;
-        }
-        break;
+        return sun_at(out, at);
     case LIGHT_LAMP:
-        if (!lamp_at(out, at)) {
-            return false;
-        }
+        return lamp_at(out, at);
+    case LIGHT_SPOT:
+        return spot_at(out, at);
+    case LIGHT_AREA:
+        return area_at(out, at);
+    case LIGHT_SKY:
         break;
     }
-    if (!all_finite(at->color, 3)) {
+    return false;
+}
+
+bool light_at(const Light *light, double seconds, LightAt *at, bool *bad) {
+    double in[IN_COUNT] = {[IN_T] = seconds, [IN_FILM_T] = seconds}, out[MAX_OUT];
+    if (!is_visible(light, in)) {
         return false;
     }
-    set->n += is_dark(at->color) ? 0 : 1;
-    return true;
+    program_run1(light->program, in, out);
+    if (!all_finite(out, n_out[light->kind]) || !shape_light(light->kind, out, at) ||
+        !all_finite(at->color, 3)) {
+        *bad = true;
+        return false;
+    }
+    return !is_dark(at->color);
+}
+
+// False: not finite.
+static bool add_sky(LightSet *set, const Light *light, const double in[IN_COUNT]) {
+    double out[MAX_OUT], sky[3];
+    if (!is_visible(light, in)) {
+        return true;
+    }
+    program_run1(light->program, in, out);
+    if (!all_finite(out, n_out[LIGHT_SKY])) {
+        return false;
+    }
+    scaled_color(sky, out, out[3]);
+    for (int c = 0; c < 3; c++) {
+        set->sky[c] += sky[c];
+    }
+    return all_finite(sky, 3);
 }
 
 void light_set_at(const Scene *scene, double seconds, LightSet *set, bool *bad) {
     double in[IN_COUNT] = {[IN_T] = seconds, [IN_FILM_T] = seconds};
-    set->n = 0;
-    set->sky[0] = set->sky[1] = set->sky[2] = 0;
+    *set = (LightSet){.lights = set->lights, .only_far = set->only_far};
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         const Light *light = &scene->lights[i];
-        if (is_visible(light, in) && !add_light(set, light, in) && bad) {
+        bool is_bad = false;
+        if (set->only_far && light->kind != LIGHT_SKY && light->kind != LIGHT_SUN) {
+            continue;
+        }
+        if (light->kind == LIGHT_SKY) {
+            is_bad = !add_sky(set, light, in);
+        } else if (light_at(light, seconds, &set->lights[set->n], &is_bad)) {
+            set->has_area |= set->lights[set->n].has_area;
+            set->is_near |= light_is_near(&set->lights[set->n]);
+            set->n++;
+        }
+        if (is_bad && bad) {
             bad[i] = true;
         }
     }
 }
 
+double light_share(const LightAt *light, Vec3 dir) {
+    if (light->kind == LIGHT_AREA) {
+        return light->two_sided || vec3_dot(dir, light->axis) > 0 ? 1 : 0;
+    }
+    if (light->kind != LIGHT_SPOT) {
+        return 1;
+    }
+    double cosine = vec3_dot(dir, light->axis);
+    if (cosine >= light->cos_inner) {
+        return 1;
+    }
+    if (!(cosine > light->cos_outer)) {
+        return 0;
+    }
+    double angle = program_fold(OP_ACOS, cosine, 0, 0);
+    double x = (light->outer - angle) / (light->outer - light->inner);
+    x = x < 0 ? 0 : x > 1 ? 1 : x;
+    return x * x * (3 - 2 * x);
+}
+
 static void fill(LightSample *sample, const LightAt *light, double scale, double density) {
+    scale *= light_share(light, vec3_scale(sample->dir, -1));
     for (int c = 0; c < 3; c++) {
         sample->weight[c] = light->color[c] * scale;
     }
@@ -173,8 +260,37 @@ static bool sample_lamp(const LightAt *light, Vec3 from, double u, double v, Lig
     return sample->distance > 0;
 }
 
+static bool sample_area(const LightAt *light, Vec3 from, double u, double v, LightSample *sample) {
+    Vec3 at = vec3_madd(vec3_madd(light->at, 2 * u - 1, light->half_u), 2 * v - 1, light->half_v);
+    Vec3 towards = vec3_sub(at, from);
+    double d2 = vec3_dot(towards, towards);
+    if (!(d2 > 0) || !isfinite(d2)) {
+        return false;
+    }
+    sample->distance = sqrt(d2);
+    sample->dir = vec3_scale(towards, 1 / sample->distance);
+    double cosine = fabs(vec3_dot(sample->dir, light->axis));
+    double angle = light->size * cosine / d2;
+    if (!(angle > 0) || !isfinite(1 / angle)) {
+        return false;
+    }
+    fill(sample, light, angle, 1 / angle);
+    return sample->weight[0] + sample->weight[1] + sample->weight[2] > 0;
+}
+
 bool light_sample(const LightAt *light, Vec3 from, double u, double v, LightSample *sample) {
-    return light->is_sun ? sample_sun(light, u, v, sample) : sample_lamp(light, from, u, v, sample);
+    switch (light->kind) {
+    case LIGHT_SUN:
+        return sample_sun(light, u, v, sample);
+    case LIGHT_AREA:
+        return sample_area(light, from, u, v, sample);
+    case LIGHT_LAMP:
+    case LIGHT_SPOT:
+        return sample_lamp(light, from, u, v, sample);
+    case LIGHT_SKY:
+        break;
+    }
+    return false;
 }
 
 static bool hit_sun(const LightAt *light, Vec3 dir, double tmax, double *density) {
@@ -197,10 +313,26 @@ static bool hit_lamp(const LightAt *light, Vec3 from, Vec3 dir, double tmax, dou
     return along - sqrt(inside2) < tmax;
 }
 
+static bool hit_area(const LightAt *light, Vec3 from, Vec3 dir, double tmax, double *density) {
+    double cosine = vec3_dot(dir, light->axis);
+    double t = vec3_dot(vec3_sub(light->at, from), light->axis) / cosine;
+    if (!(t > 0 && t < tmax) || !isfinite(t)) {
+        return false;
+    }
+    // In the plane, as (u, v) of the half edges: by the edges' cross products.
+    Vec3 q = vec3_sub(vec3_madd(from, t, dir), light->at);
+    double quarter = light->size / 4;
+    double u = vec3_dot(vec3_cross(q, light->half_v), light->axis) / quarter;
+    double v = vec3_dot(vec3_cross(light->half_u, q), light->axis) / quarter;
+    *density = t * t / (light->size * fabs(cosine));
+    return fabs(u) <= 1 && fabs(v) <= 1;
+}
+
 bool light_hit(const LightAt *light, Vec3 from, Vec3 dir, double tmax, double *density) {
     if (!light->has_area) {
         return false;
     }
-    return light->is_sun ? hit_sun(light, dir, tmax, density)
-                         : hit_lamp(light, from, dir, tmax, density);
+    return light->kind == LIGHT_SUN    ? hit_sun(light, dir, tmax, density)
+           : light->kind == LIGHT_AREA ? hit_area(light, from, dir, tmax, density)
+                                       : hit_lamp(light, from, dir, tmax, density);
 }

@@ -7,6 +7,11 @@
 // reflected rays as well, both ways weighted by the balance heuristic (Veach and Guibas 1995):
 // mirrors show them. The camera does not see them, nor do they cast shadows. The sky is met by rays
 // alone.
+//
+// A spot is a lamp whose radiance is scaled by the angle between the ray and the axis: 1 within the
+// inner cone, 0 outside the outer one, 3x^2 - 2x^3 of the angle between them. An area is a
+// parallelogram of equal radiance (Lambert); its points are drawn evenly, so next to it matte
+// surfaces too look for it by reflected rays, by the same heuristic.
 #ifndef RENDER_LIGHT_H
 #define RENDER_LIGHT_H
 
@@ -14,17 +19,27 @@
 #include "render/scene.h"
 
 typedef struct {
-    Vec3 at;         // sun: unit vector towards it; lamp: its centre
-    double color[3]; // with an area: radiance; else sun: irradiance, lamp: intensity
-    double radius;   // lamp
-    double spread;   // sun: 1 - cos of half its angle
-    bool is_sun, has_area;
+    LightKind kind;      // SUN, LAMP, SPOT, AREA
+    Vec3 at;             // sun: unit vector towards it; else its centre
+    double color[3];     // with an area: radiance; else sun: irradiance, lamp: intensity
+    double radius;       // lamp, spot
+    double spread;       // sun: 1 - cos of half its angle
+    Vec3 axis;           // spot: where it points; area: what it faces; unit
+    double inner, outer; // spot: half angles, radians
+    double cos_inner, cos_outer;
+    Vec3 half_u, half_v; // area: half edges
+    double size;         // area: square metres
+    bool two_sided;      // area
+    bool has_area;
 } LightAt;
 
 typedef struct {
     uint32_t n;
     LightAt *lights; // room for all of the scene's
     double sky[3];   // radiance, of all skies together
+    bool has_area;   // one of them has
+    bool is_near;    // one of them is looked for by matte surfaces too (light_is_near)
+    bool only_far;   // set by the caller: lamps, spots and areas are left out
 } LightSet;
 
 // What is visible at that instant. bad[scene->n_lights]: set where a light is not finite (it counts
@@ -32,6 +47,15 @@ typedef struct {
 void light_set_at(const Scene *scene, double seconds, LightSet *set, bool *bad);
 
 bool light_is_moving(const Light *light); // reads the time
+
+// One light at an instant. False: it gives no light; *bad, left alone else, is set where it is not
+// finite. Skies are not lights in this sense.
+bool light_at(const Light *light, double seconds, LightAt *at, bool *bad);
+
+// Whether the diffuse part of reflections shares it with shadow rays as the specular part does.
+static inline bool light_is_near(const LightAt *light) {
+    return light->kind == LIGHT_AREA;
+}
 
 typedef struct {
     Vec3 dir;         // unit
@@ -44,7 +68,11 @@ typedef struct {
 bool light_sample(const LightAt *light, Vec3 from, double u, double v, LightSample *sample);
 
 // Whether a ray (dir of unit length) meets a light with an area before tmax; density gets that of
-// light_sample for this direction. The radiance is light->color.
+// light_sample for this direction. The radiance is light->color, scaled by light_share.
 bool light_hit(const LightAt *light, Vec3 from, Vec3 dir, double tmax, double *density);
+
+// The share of its color that a light sends along dir (unit, away from it): 1 but for spots, and 0
+// behind an area.
+double light_share(const LightAt *light, Vec3 dir);
 
 #endif

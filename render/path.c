@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The path tracer.
-#include "render/path.h"
+#include "render/path_parts.h"
 
 #include <float.h>
 #include <string.h>
@@ -42,6 +42,13 @@ bool path_scene_is_moving(const Scene *scene) {
     return reads_time(scene->camera.program) || lights_are_moving(scene);
 }
 
+// Whether a material gives light somewhere at some time.
+static bool may_glow(const PathScene *paths, uint32_t material) {
+    const double *out = paths->material[material];
+    return paths->scene->materials[material].kind == MATERIAL_GLOW &&
+           !(paths->material_is_constant[material] && (!(out[3] > 0) || !(max3(out) > 0)));
+}
+
 void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
     *paths = (PathScene){.scene = scene, .lights_move = lights_are_moving(scene)};
     filter_init(&paths->filter, scene->film.filter);
@@ -49,6 +56,7 @@ void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
     paths->draws_time = !shutter_is_instant(&scene->shutter) && path_scene_is_moving(scene);
     paths->material = arena_array(arena, scene->n_materials, sizeof *paths->material);
     paths->material_is_constant = ARENA_ARRAY(arena, scene->n_materials, bool);
+    paths->glows = ARENA_ARRAY(arena, scene->n_materials, bool);
     bool is_rough = false;
     for (uint32_t i = 0; i < scene->n_materials; i++) {
         const Material *material = &scene->materials[i];
@@ -58,11 +66,15 @@ void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
             program_run1(material->program, in, paths->material[i]);
         }
         is_rough |= material->kind == MATERIAL_METAL || material->kind == MATERIAL_GLOSS;
-        paths->has_glow |= material->kind == MATERIAL_GLOW;
+        paths->glows[i] = may_glow(paths, i);
+        paths->has_glow |= paths->glows[i];
     }
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         paths->has_sky |= scene->lights[i].kind == LIGHT_SKY;
     }
+    uint32_t n_chosen = LIGHT_CHOICE_FEW + LIGHT_CHOICE_DRAWN;
+    paths->n_sets = 1 + scene->n_lights +
+                    (paths->has_glow || scene->n_lights > LIGHT_CHOICE_FEW ? n_chosen : 0);
     paths->table = is_rough ? bsdf_table_new(arena) : NULL;
 }
 
@@ -80,6 +92,7 @@ void path_tracer_init(PathTracer *tracer, Arena *arena, const PathScene *paths, 
     const Scene *scene = paths->scene;
     *tracer = (PathTracer){.paths = paths, .view = view, .frame = frame};
     tracer->lights.lights = ARENA_ARRAY(arena, scene->n_lights, LightAt);
+    tracer->lights.only_far = paths->choice.draws_lights;
     tracer->troubles.lights = ARENA_ARRAY(arena, scene->n_lights, bool);
     tracer->troubles.materials = ARENA_ARRAY(arena, scene->n_materials, bool);
     Instant middle = shutter_instant(&scene->shutter, frame, 0.5);
@@ -100,40 +113,6 @@ static void set_time(PathTracer *tracer, double u) {
     if (tracer->paths->lights_move) {
         evaluate_lights(tracer);
     }
-}
-
-// What is known of a path at its present end.
-typedef struct {
-    const Sampler *sampler;
-    uint32_t index;
-    uint32_t depth;     // bounces so far
-    Vec3 origin, dir;   // of the ray that is followed; unit
-    double weight[3];   // of what it brings
-    double specular[3]; // of what it brings from lights with an area
-    double density;     // with which its direction was drawn; 0: a mirror
-    double color[3];    // collected
-    bool has_scattered; // by what is no mirror
-} Path;
-
-// A place on a surface, seen from the viewer's side.
-typedef struct {
-    SurfacePoint point;
-    Vec3 x, y, N, Ng; // the shading frame; both normals on the viewer's side
-    Vec3 wo;          // towards the viewer, in the frame
-    Vec3 start;       // where rays leave
-    Bsdf bsdf;
-} Vertex;
-
-static void add_scaled(double color[3], const double weight[3], const double light[3],
-                       double scale) {
-    for (int c = 0; c < 3; c++) {
-        color[c] += weight[c] * light[c] * scale;
-    }
-}
-
-static double max3(const double v[3]) {
-    double m = v[0] > v[1] ? v[0] : v[1];
-    return m > v[2] ? m : v[2];
 }
 
 // Normals towards the viewer, and a start for rays beyond the error of the point.
@@ -191,64 +170,36 @@ static bool set_material(PathTracer *tracer, Vertex *vertex, double least_rough)
     return true;
 }
 
-// Lights with an area that the path's ray meets. Lights by shadow rays were counted with the other
-// share at the surface before.
-static void add_met_lights(const PathTracer *tracer, Path *path, double tmax) {
-    for (uint32_t i = 0; i < tracer->lights.n; i++) {
-        const LightAt *light = &tracer->lights.lights[i];
-        double density;
-        if (light_hit(light, path->origin, path->dir, tmax, &density)) {
-            double share = path->density > 0 ? path->density / (path->density + density) : 1;
-            add_scaled(path->color, path->specular, light->color, share);
-        }
-    }
+bool path_emission(PathTracer *tracer, Vertex *vertex, Vec3 dir) {
+    orient(vertex, dir);
+    return set_material(tracer, vertex, 0);
 }
 
-// The set of sample dimensions of the path's present surface: 0 is its direction, 1 + i light i.
-static uint32_t sample_set(const PathTracer *tracer, const Path *path, uint32_t which) {
-    return SAMPLE_SET_PATH + path->depth * (tracer->paths->scene->n_lights + 1) + which;
+double path_glow(void *context, uint32_t material, const SurfacePoint *point, double seconds) {
+    PathTracer tracer = {.paths = context, .seconds = seconds};
+    double in[IN_COUNT], values[BSDF_MAX_OUT];
+    const double *out = tracer.paths->material[material];
+    if (!tracer.paths->material_is_constant[material]) {
+        set_inputs(&tracer, point, point->N, in);
+        program_run1(tracer.paths->scene->materials[material].program, in, values);
+        out = values;
+    }
+    return out[3] > 0 ? (fmax(out[0], 0) + fmax(out[1], 0) + fmax(out[2], 0)) / 3 * out[3] : 0;
 }
 
-static void add_light(PathTracer *tracer, Path *path, const Vertex *vertex, uint32_t i,
-                      bool follows_specular) {
-    const LightAt *light = &tracer->lights.lights[i];
-    double u[SAMPLE_DIMENSIONS] = {0};
-    if (light->has_area) {
-        sampler_draw(path->sampler, path->index, sample_set(tracer, path, 1 + i), u);
-        tracer->counters.light_samples++;
-    }
-    LightSample sample;
-    if (!light_sample(light, vertex->start, u[0], u[1], &sample) ||
-        !(vec3_dot(sample.dir, vertex->Ng) > 0)) {
-        return;
-    }
-    Vec3 wi = vec3(vec3_dot(vertex->x, sample.dir), vec3_dot(vertex->y, sample.dir),
-                   vec3_dot(vertex->N, sample.dir));
-    double diffuse[3], specular[3], density, total[3];
-    bsdf_eval(&vertex->bsdf, vertex->wo, wi, diffuse, specular, &density);
-    double share =
-        follows_specular && sample.density > 0 ? sample.density / (sample.density + density) : 1;
-    for (int c = 0; c < 3; c++) {
-        total[c] = (diffuse[c] + specular[c] * share) * path->weight[c];
-    }
-    if (!(max3(total) > 0)) {
-        return;
-    }
-    tracer->counters.shadow_rays++;
-    // Just short of a lamp's surface: what touches it does not shade it.
-    double tmax = sample.distance < INFINITY ? sample.distance * (1 - 1e-9) : INFINITY;
-    if (!world_occluded(tracer->view, vertex->start, sample.dir, 0, tmax)) {
-        add_scaled(path->color, total, sample.weight, 1);
-    }
-}
-
-static bool has_area_light(const LightSet *lights) {
-    for (uint32_t i = 0; i < lights->n; i++) {
-        if (lights->lights[i].has_area) {
-            return true;
-        }
-    }
-    return false;
+PathScene path_scene_frame(const PathScene *paths, Arena *arena, const World *world,
+                           int64_t frame) {
+    PathScene framed = *paths;
+    LightChoiceInput input = {.scene = paths->scene,
+                              .world = world,
+                              .frame = frame,
+                              .moves = paths->draws_time,
+                              .glows = paths->glows,
+                              .is_even = paths->material_is_constant,
+                              .glow = path_glow,
+                              .context = &framed};
+    framed.choice = light_choice_new(arena, &input);
+    return framed;
 }
 
 // Below the surface that the shading normal hides, a reflection is lifted back to it.
@@ -272,6 +223,7 @@ static bool bounce(PathTracer *tracer, Path *path, const Vertex *vertex) {
         return false;
     }
     path->origin = vertex->start;
+    path->normal = vertex->Ng;
     path->density = sample.density;
     path->has_scattered |= sample.density > 0;
     path->depth++;
@@ -301,7 +253,8 @@ static bool wants_surface(const PathTracer *tracer, const Path *path) {
 // Follows the path's ray. True: it ends at a surface.
 static bool follow(PathTracer *tracer, Path *path, Vertex *vertex) {
     WorldView *view = tracer->view;
-    bool meets_lights = max3(path->specular) > 0 && has_area_light(&tracer->lights);
+    // The camera does not see lights: its weight is specular in none.
+    bool meets_lights = path->depth > 0 && path_may_meet_lights(tracer, max3(path->specular) > 0);
     tracer->counters.bounce_rays += path->depth > 0;
     if (!wants_surface(tracer, path) && !meets_lights) {
         return world_occluded(view, path->origin, path->dir, 0, INFINITY);
@@ -309,11 +262,12 @@ static bool follow(PathTracer *tracer, Path *path, Vertex *vertex) {
     WorldHit hit;
     bool is_hit = world_closest(view, path->origin, path->dir, 0, INFINITY, &hit);
     if (meets_lights) {
-        add_met_lights(tracer, path, is_hit ? hit.t : INFINITY);
+        path_meet_lights(tracer, path, is_hit ? hit.t : INFINITY);
     }
     if (is_hit && wants_surface(tracer, path)) {
         world_surface(view, path->origin, path->dir, &hit, &vertex->point);
         orient(vertex, path->dir);
+        vertex->hit = hit;
     }
     return is_hit;
 }
@@ -327,18 +281,17 @@ static bool scatter(PathTracer *tracer, Path *path, Vertex *vertex) {
     }
     const Bsdf *bsdf = &vertex->bsdf;
     if (bsdf->kind == MATERIAL_GLOW) {
-        add_scaled(path->color, path->weight, bsdf->emission, 1);
+        add_scaled(path->color, path->weight, bsdf->emission,
+                   path_glow_share(tracer, path, vertex));
         return false;
     }
     if (path->depth > bounces) {
         return false;
     }
-    bool sees_lights = bsdf_has_specular(bsdf) && has_area_light(&tracer->lights);
+    bool sees_lights = path_may_meet_lights(tracer, bsdf_has_specular(bsdf));
     bool goes_on = path->depth < bounces || paths->has_sky || paths->has_glow || sees_lights;
     if (bsdf_has_diffuse(bsdf) || !bsdf->is_mirror) {
-        for (uint32_t i = 0; i < tracer->lights.n; i++) {
-            add_light(tracer, path, vertex, i, goes_on);
-        }
+        path_ask_lights(tracer, path, vertex, goes_on);
     }
     return goes_on && bounce(tracer, path, vertex);
 }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light transport: paths from the camera, each at one instant, which everything on it shares.
 //
-// At each surface the lights are asked by shadow rays and one direction is followed, for `bounces`
-// bounces; one ray more looks for the sky, for what glows and, from rough metals and coats, for the
-// lights' own shapes. Beyond the fourth bounce a path survives with the probability of its weight,
-// which is divided by it.
+// At each surface the lights, and what glows, are asked by shadow rays (render/light_choice.h) and
+// one direction is followed, for `bounces` bounces; one ray more looks for the sky, for what glows
+// and, from rough metals and coats, for the lights' own shapes. What can be found both ways is
+// weighted by the balance heuristic, with the densities of the path's own instant. Beyond the
+// fourth bounce a path survives with the probability of its weight, which is divided by it.
 //
 // After a bounce that was no mirror's, metals and coats count as at least PATH_ROUGH: what would be
 // a caustic, a few samples of enormous weight, becomes a soft one (Kaplanyan and Dachsbacher, "Path
@@ -17,6 +18,7 @@
 #include "render/film.h"
 #include "render/filter.h"
 #include "render/light.h"
+#include "render/light_choice.h"
 #include "render/sampler.h"
 #include "render/world.h"
 
@@ -32,10 +34,16 @@ typedef struct {
     bool draws_time; // something moves and the shutter is no instant
     bool camera_moves, lights_move;
     bool has_sky, has_glow;
+    bool *glows;        // [n_materials]: it may
+    uint32_t n_sets;    // of sample dimensions, for each surface of a path
+    LightChoice choice; // of the frame; empty before path_scene_frame
 } PathScene;
 
 // The camera must not be automatic any more.
 void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene);
+
+// For the rays of one frame in this world: with the lights that they choose from, in the arena.
+PathScene path_scene_frame(const PathScene *paths, Arena *arena, const World *world, int64_t frame);
 
 // Whether anything in the scene depends on time.
 bool path_scene_is_moving(const Scene *scene);

@@ -13,9 +13,7 @@
 
 #include "render/mesh.h"
 #include "render/program.h"
-
-// Where in the source a thing was written; opaque to the renderer, handed back in reports.
-typedef uint64_t SourceRef;
+#include "render/scene_light.h"
 
 // Over how much of its neighbourhood a pixel is averaged.
 typedef enum {
@@ -59,20 +57,6 @@ typedef struct {
     uint64_t seed;
     bool freeze; // the noise is the same in every frame
 } RenderSettings;
-
-typedef enum {
-    LIGHT_SUN,  // out: direction towards it (any length), power (W/m2 facing it), r g b, angle
-                // (radians across)
-    LIGHT_LAMP, // out: from x y z, power (W, isotropic; intensity = power / 4 pi), r g b, radius
-    LIGHT_SKY,  // out: r g b, power (radiance factor)
-} LightKind;
-
-typedef struct {
-    LightKind kind;
-    const Program *program;
-    const Program *visible; // 1 out; NULL: always
-    SourceRef where;
-} Light;
 
 typedef enum {
     MATERIAL_MATTE, // out: r g b (albedo)

@@ -116,6 +116,23 @@ static Local local_sphere(const Form *form, const BodyView *at, uint32_t prim, V
     return l;
 }
 
+void surface_corners(const Body *body, const BodyView *at, uint32_t prim, Vec3 corner[3]) {
+    const Geometry *g = &body->form->geometry;
+    for (int k = 0; k < 3; k++) {
+        Vec3 step, v = vertex_at(g, at, g->index[3 * (size_t)prim + k], &step);
+        corner[k] = affine_point(&at->place->map, from_frame(&body->form->sampler.frame, v));
+    }
+}
+
+Vec3 surface_center(const Body *body, const BodyView *at, uint32_t prim, double *radius) {
+    Local l = local_sphere(body->form, at, prim, vec3(0, 0, 0));
+    const Geometry *g = &body->form->geometry;
+    const float *r = &g->radius[(size_t)at->key * g->n_vertices + prim];
+    double grow = g->n_keys > 1 ? (double)r[g->n_vertices] - r[0] : 0;
+    *radius = (r[0] + at->f * grow) / body->form->sampler.frame.scale;
+    return vec3_madd(l.p, -*radius, l.ng);
+}
+
 static Local local_plane(const Body *body, double seconds, double step, Vec3 on_ray) {
     Local l = {.p = on_ray};
     double offset = 0, before = 0, after = 0;

@@ -9,7 +9,7 @@
 
 enum {
     INSTANTS = 256, // of one opening of the shutter
-    MOST_OUT = 12,  // outputs of a light's program
+    MOST_OUT = 14,  // outputs of a light's program
     SHAPES = 4096,  // that are looked at; with more, some are taken to be visible
 };
 
@@ -62,7 +62,7 @@ static bool light_shines_in(const Scene *scene, const Light *light, int64_t fram
 
 static void survey_light(const Scene *scene, const RenderOptions *options, const Light *light,
                          const Reporter *reporter) {
-    static const char *const names[] = {"sun", "lamp", "sky"};
+    static const char *const names[] = {"sun", "lamp", "sky", "lamp", "area"};
     bool is_still = !program_reads_time(light->program) && !program_reads_time(light->visible);
     bool is_seen = is_still;
     for (uint32_t f = 0; f < options->n_frames && !is_seen; f++) {

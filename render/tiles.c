@@ -94,12 +94,14 @@ TilesOutcome tiles_trace(const PathScene *paths, const World *world, const Rende
     Job job = {options, pass, scene->render.freeze, film, progress, false};
     const uint32_t columns = (film->width + TILE_SIZE - 1) / TILE_SIZE;
     const uint32_t rows = (film->height + TILE_SIZE - 1) / TILE_SIZE;
+    Arena lights = {0};
+    const PathScene framed = path_scene_frame(paths, &lights, world, pass->frame);
 #pragma omp parallel num_threads((int)options->n_threads)
     {
         Arena arena = {0};
         Worker worker = {.job = &job};
         WorldView *view = world_view_new(world);
-        path_tracer_init(&worker.tracer, &arena, paths, view, pass->frame);
+        path_tracer_init(&worker.tracer, &arena, &framed, view, pass->frame);
 #pragma omp for schedule(dynamic, 1)
         for (uint32_t i = 0; i < columns * rows; i++) {
             if (!is_stopped(&job)) {
@@ -114,5 +116,6 @@ TilesOutcome tiles_trace(const PathScene *paths, const World *world, const Rende
         }
         arena_free(&arena);
     }
+    arena_free(&lights);
     return interrupt_is_asked() ? TILES_INTERRUPTED : job.is_due ? TILES_DUE : TILES_DONE;
 }

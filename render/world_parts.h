@@ -65,6 +65,11 @@ struct WorldView {
 
 const BodyView *view_body(WorldView *view, const Body *body);
 
+// The corners of a triangle, in the world, and a sphere's center and radius before the transform,
+// as rays meet them at the view's instant.
+void surface_corners(const Body *body, const BodyView *at, uint32_t prim, Vec3 corner[3]);
+Vec3 surface_center(const Body *body, const BodyView *at, uint32_t prim, double *radius);
+
 // A plane's unit normal and offset, in its own space.
 bool plane_at(const Body *body, double seconds, Vec3 *normal, double *offset);
 

@@ -2,6 +2,8 @@
 // Scenes built by hand.
 #include "tests/scenes.h"
 
+#include "render/tiles.h"
+
 static void count_message(void *context, SourceRef where, const char *name, const char *message) {
     (void)where;
     TestScene *test = context;
@@ -138,4 +140,32 @@ void test_tilted_square(TestScene *test, uint32_t material, double h) {
 void test_facing_square(TestScene *test, uint32_t material, double x, double h) {
     const double map[12] = {0, 0, -1, x, 0, 1, 0, 0, 1, 0, 0, 0};
     add_square(test, material, h, map, NULL);
+}
+
+const Film *test_film(TestScene *test, uint32_t spp, RenderStats *stats) {
+    Arena *arena = &test->arena;
+    RenderOptions options = test_options(test, spp);
+    const int64_t frame = 1;
+    uint32_t n_taken;
+    PathScene paths;
+    PathTroubles troubles = {.lights = ARENA_ARRAY(arena, test->scene.n_lights, bool),
+                             .materials = ARENA_ARRAY(arena, test->scene.n_materials, bool)};
+    Progress progress = {.kind = PROGRESS_NONE};
+    Film *film = ARENA_NEW(arena, Film);
+    film_init(film, arena, test->scene.film.width, test->scene.film.height);
+    path_scene_init(&paths, arena, &test->scene);
+    World *world = world_build(&test->scene, &options, &frame, 1, &test->reporter, &n_taken, stats);
+    assert_non_null(world);
+    const TilePass pass = {.frame = frame, .n = spp, .due = INFINITY};
+    assert_int_equal(tiles_trace(&paths, world, &options, &pass, film, &progress, stats, &troubles),
+                     TILES_DONE);
+    world_destroy(world);
+    assert_false(troubles.camera);
+    assert_int_equal(stats->dropped_samples, 0);
+    return film;
+}
+
+double test_channel(const Film *film, int x, int y, int c) {
+    const FilmPixel *pixel = &film->pixels[y * (int)film->width + x];
+    return (double)pixel->sum[c] / 0x1p28 / pixel->n;
 }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "accel/vec.h"
+#include "render/film.h"
 #include "render/render.h"
 #include "tests/suite.h"
 
@@ -28,6 +29,10 @@ typedef struct {
 void test_scene_init(TestScene *test, uint32_t width, uint32_t height);
 void test_scene_free(TestScene *test);
 RenderOptions test_options(const TestScene *test, uint32_t spp); // out is NULL
+
+// Frame 1, in the test's arena; nothing may have been dropped. stats is added to.
+const Film *test_film(TestScene *test, uint32_t spp, RenderStats *stats);
+double test_channel(const Film *film, int x, int y, int c); // 0..2: r g b, 3: alpha
 
 // At (0, 0, distance), looking at the origin.
 void test_camera(TestScene *test, CameraKind kind, double distance, double fov);

@@ -11,31 +11,11 @@
 enum { WIDTH = 24, HEIGHT = 16 };
 
 static const Film *trace(TestScene *test, uint32_t spp, RenderStats *stats) {
-    Arena *arena = &test->arena;
-    RenderOptions options = test_options(test, spp);
-    const int64_t frame = 1;
-    uint32_t n_taken;
-    PathScene paths;
-    PathTroubles troubles = {.lights = ARENA_ARRAY(arena, test->scene.n_lights, bool),
-                             .materials = ARENA_ARRAY(arena, test->scene.n_materials, bool)};
-    Progress progress = {.kind = PROGRESS_NONE};
-    Film *film = ARENA_NEW(arena, Film);
-    film_init(film, arena, test->scene.film.width, test->scene.film.height);
-    path_scene_init(&paths, arena, &test->scene);
-    World *world = world_build(&test->scene, &options, &frame, 1, &test->reporter, &n_taken, stats);
-    assert_non_null(world);
-    const TilePass pass = {.frame = frame, .n = spp, .due = INFINITY};
-    assert_int_equal(tiles_trace(&paths, world, &options, &pass, film, &progress, stats, &troubles),
-                     TILES_DONE);
-    world_destroy(world);
-    assert_false(troubles.camera);
-    assert_int_equal(stats->dropped_samples, 0);
-    return film;
+    return test_film(test, spp, stats);
 }
 
 static double channel(const Film *film, int x, int y, int c) {
-    const FilmPixel *pixel = &film->pixels[y * (int)film->width + x];
-    return (double)pixel->sum[c] / 0x1p28 / pixel->n;
+    return test_channel(film, x, y, c);
 }
 
 // Twice integrated: the length below x of a ramp from 0 at 0 to 1 at v.
