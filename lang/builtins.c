@@ -134,9 +134,19 @@ size_t builtins_names(const char **names, size_t max) {
 Value builtins_unknown(Eval *ev, const Env *env, NodeId callee, Symbol name) {
     enum { MAX_NAMES = 512 };
     const char *names[MAX_NAMES], *text = symbol_text(ev->symbols, name);
-    size_t n = builtins_names(names, MAX_NAMES);
+    const char *foreign = schema_foreign_word(NULL, text), *near = NULL;
+    size_t n = 0;
+    if (syntax_node(env->module->syntax, callee) == ev->material_callee) {
+        for (int id = 0; id < BUILTIN_COUNT; id++) {
+            if (strcmp(builtin_infos[id].result, "material") == 0) {
+                names[n++] = builtin_infos[id].name;
+            }
+        }
+        near = diag_nearest(text, names, n);
+    }
+    n = builtins_names(names, MAX_NAMES);
     n += scope_names(env->scope, ev->symbols, names + n, MAX_NAMES - n);
-    const char *foreign = schema_foreign_word(text), *near = diag_nearest(text, names, n);
+    near = near ? near : diag_nearest(text, names, n);
     return eval_error(ev, env, callee,
                       foreign ? foreign
                       : near  ? arena_printf(ev->arena, "did you mean '%s'?", near)
@@ -146,6 +156,24 @@ Value builtins_unknown(Eval *ev, const Env *env, NodeId callee, Symbol name) {
 
 static const char *usage(Eval *ev, int32_t id) {
     return arena_printf(ev->arena, "%s(%s)", builtin_infos[id].name, builtin_infos[id].params);
+}
+
+const char *builtins_vector_hint(Eval *ev, const Value *value) {
+    double x[4];
+    if (!value_is(value, VALUE_LIST) || value->list->n < 2 || value->list->n > 4) {
+        return NULL;
+    }
+    const char *text = "write <";
+    for (uint32_t i = 0; i < value->list->n; i++) {
+        const Value *item = &value->list->items[i];
+        if (!value_is(item, VALUE_NUMBER)) {
+            return NULL;
+        }
+        text = dag_is_const(ev->dag, item->ref[0], &x[i])
+                   ? arena_printf(ev->arena, "%s%s%.15g", text, i ? ", " : "", x[i])
+                   : arena_printf(ev->arena, "%s%s%c", text, i ? ", " : "", "xyzw"[i]);
+    }
+    return arena_printf(ev->arena, "%s>", text);
 }
 
 static const char *argument_hint(Eval *ev, ParamType type, const Value *value) {
@@ -159,6 +187,9 @@ static const char *argument_hint(Eval *ev, ParamType type, const Value *value) {
     }
     if ((type == PARAM_COLOR || type == PARAM_VEC3) && is_known) {
         return arena_printf(ev->arena, "write <%.15g, %.15g, %.15g>", x, x, x);
+    }
+    if (type == PARAM_COLOR || type == PARAM_VEC3 || type == PARAM_VEC) {
+        return builtins_vector_hint(ev, value);
     }
     if (type == PARAM_NUMBER && value->type == VALUE_ANGLE) {
         return "divide by 1deg, 1rad or 1turn to make it a number";

@@ -62,4 +62,7 @@ typedef struct {
 } BuiltinAction;
 extern const BuiltinAction builtin_actions[BUILTIN_COUNT];
 
+// "write <1, 2, 3>" for a list that is meant as a vector; NULL: it is none.
+const char *builtins_vector_hint(Eval *ev, const Value *value);
+
 #endif

@@ -44,7 +44,6 @@ typedef struct Loops {
 } Loops;
 
 typedef struct Lowering Lowering; // lang/lower.h
-
 typedef struct {
     Arena *arena; // of the syntax trees and the graph
     Dag *dag;
@@ -69,6 +68,7 @@ typedef struct {
     struct Loader *loader;         // lang/loader.h
     struct Watches *watches;       // lang/watch.h
     Scope *predefined;
+    const Node *material_callee; // the function of the call that a material is expected of, or NULL
 } Eval;
 
 // Where an expression stands.

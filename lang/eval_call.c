@@ -60,13 +60,16 @@ static uint32_t param_index(const Params *params, Symbol name) {
 static void unknown_argument(Eval *ev, const Env *env, uint32_t offset, const Callee *callee,
                              Symbol name) {
     const Params *params = &callee->params;
-    const char **names = ARENA_ARRAY(ev->arena, params->n, const char *);
+    const char **names = ARENA_ARRAY(ev->arena, params->n, const char *), *all = "";
     for (uint32_t i = 0; i < params->n; i++) {
         names[i] = symbol_text(ev->symbols, params->words[3 * i]);
+        all = i < 8 ? arena_printf(ev->arena, "%s%s%.40s", all, i ? ", " : "", names[i]) : all;
     }
     const char *near = diag_nearest(symbol_text(ev->symbols, name), names, params->n);
     eval_error_at(ev, syntax_word_span(env->module->syntax, offset),
-                  near ? arena_printf(ev->arena, "did you mean '%s'?", near) : NULL,
+                  near        ? arena_printf(ev->arena, "did you mean '%s'?", near)
+                  : params->n ? arena_printf(ev->arena, "it takes: %s", all)
+                              : "it takes nothing",
                   "%s has no parameter '%s'", callee_text(ev, callee->module, callee->node),
                   symbol_text(ev->symbols, name));
 }

@@ -16,14 +16,29 @@ enum { MAX_NAMES = 512 }; // looked through for a did-you-mean
 
 // ---- Names
 
-static Value unknown_name(Eval *ev, const Env *env, NodeId node, const char *name) {
+// NAME of an included file; NULL: none has it.
+static const char *module_of(Eval *ev, const Env *env, Symbol name) {
+    for (const Scope *scope = env->scope; scope; scope = scope->parent) {
+        for (uint32_t i = 0; i < scope->n; i++) {
+            const Binding *binding = &scope->bindings[i];
+            if (binding->kind == BINDING_MODULE && scope_find_own(binding->members, name)) {
+                return symbol_text(ev->symbols, binding->name);
+            }
+        }
+    }
+    return NULL;
+}
+
+static Value unknown_name(Eval *ev, const Env *env, NodeId node, Symbol symbol) {
+    const char *name = symbol_text(ev->symbols, symbol), *module = module_of(ev, env, symbol);
     const char *names[MAX_NAMES];
     size_t n = scope_names(env->scope, ev->symbols, names, MAX_NAMES);
     n += builtins_names(names + n, MAX_NAMES - n);
-    const char *foreign = schema_foreign_word(name), *near = diag_nearest(name, names, n);
-    const char *hint = foreign ? foreign
-                       : near  ? arena_printf(ev->arena, "did you mean '%s'?", near)
-                               : NULL;
+    const char *foreign = schema_foreign_word(NULL, name), *near = diag_nearest(name, names, n);
+    const char *hint = module    ? arena_printf(ev->arena, "write %s.%s", module, name)
+                       : foreign ? foreign
+                       : near    ? arena_printf(ev->arena, "did you mean '%s'?", near)
+                                 : NULL;
     return eval_error(ev, env, node, hint, "nothing is called '%s' here", name);
 }
 
@@ -75,10 +90,9 @@ static Value eval_name(Eval *ev, const Env *env, NodeId id, Symbol symbol) {
     if (binding) {
         return eval_binding(ev, binding, at, env, id);
     }
-    const char *name = symbol_text(ev->symbols, symbol);
     int32_t builtin = builtins_find(ev->builtins, symbol);
     if (builtin < 0) {
-        return unknown_name(ev, env, id, name);
+        return unknown_name(ev, env, id, symbol);
     }
     Closure *closure = ARENA_NEW(ev->arena, Closure);
     *closure = (Closure){.builtin = builtin};
@@ -228,10 +242,12 @@ static Value eval_range(Eval *ev, const Env *env, const Node *node) {
                               value_describe(ev->arena, &value));
         }
         if (i > 0 && value.type != type) {
-            return eval_error(ev, env, parts[i], type == VALUE_ANGLE ? "write 90deg" : NULL,
-                              "the range begins with %s, this is %s",
-                              type == VALUE_ANGLE ? "an angle" : "a number",
-                              value_describe(ev->arena, &value));
+            double x;
+            bool is_known = type == VALUE_ANGLE && dag_is_const(ev->dag, value.ref[0], &x);
+            return eval_error(
+                ev, env, parts[i], is_known ? arena_printf(ev->arena, "write %.15gdeg", x) : NULL,
+                "the range begins with %s, this is %s",
+                type == VALUE_ANGLE ? "an angle" : "a number", value_describe(ev->arena, &value));
         }
         type = value.type;
         *refs[i] = value.ref[0];
@@ -256,6 +272,21 @@ static int component_index(const Value *value, const char *member) {
     return -1;
 }
 
+static Value unknown_member(Eval *ev, const Env *env, NodeId id, const Scope *members,
+                            Symbol module, const char *member) {
+    const char *names[MAX_NAMES];
+    size_t n = 0;
+    for (uint32_t i = 0; i < members->n && n < MAX_NAMES; i++) {
+        names[n++] = symbol_text(ev->symbols, members->bindings[i].name);
+    }
+    const char *near = diag_nearest(member, names, n);
+    Span where = syntax_span(env->module->syntax, id);
+    where.lo = where.hi - (uint32_t)strlen(member); // a member ends with its name
+    return eval_error_at(
+        ev, where, near ? arena_printf(ev->arena, "did you mean '%s'?", near) : NULL,
+        "the file included as '%s' has no '%s'", symbol_text(ev->symbols, module), member);
+}
+
 static Value eval_member(Eval *ev, const Env *env, NodeId id, const Node *node) {
     const Node *object = syntax_node(env->module->syntax, node->a);
     const char *member = symbol_text(ev->symbols, node->b);
@@ -266,8 +297,7 @@ static Value eval_member(Eval *ev, const Env *env, NodeId id, const Node *node) 
             Binding *inner = scope_find_own(binding->members, node->b);
             mark_used(binding);
             return inner ? eval_binding(ev, inner, binding->members, env, id)
-                         : eval_error(ev, env, id, NULL, "the file included as '%s' has no '%s'",
-                                      symbol_text(ev->symbols, object->a), member);
+                         : unknown_member(ev, env, id, binding->members, object->a, member);
         }
         if (!binding && object->a == ev->kind_names[OBJECT_FILM]) {
             return lower_film_member(ev, env, id, member);

@@ -415,7 +415,7 @@ static void eval_copy(Eval *ev, const Env *env, const Place *place, NodeId state
 // ---- What a path names
 
 static void unknown_object(Eval *ev, const Env *env, NodeId statement, const char *name) {
-    const char *names[MAX_NAMES], *foreign = schema_foreign_word(name);
+    const char *names[MAX_NAMES], *foreign = schema_foreign_word(NULL, name);
     size_t n = schema_node_names(names, MAX_NAMES);
     for (const Scope *scope = env->scope; scope; scope = scope->parent) {
         for (uint32_t i = 0; i < scope->n && n < MAX_NAMES; i++) {

@@ -19,25 +19,42 @@ static bool is_vector(const Value *value) {
 
 // ---- Reports
 
-static const char *hint_for(Eval *ev, Operator op, const Value *a, const Value *b) {
-    bool has_angle = a->type == VALUE_ANGLE || b->type == VALUE_ANGLE;
-    bool has_number = a->type == VALUE_NUMBER || b->type == VALUE_NUMBER;
+static bool is_order(Operator op) {
+    return op == OPERATOR_LT || op == OPERATOR_LE || op == OPERATOR_GT || op == OPERATOR_GE;
+}
+
+// A plain number beside a value that is none: what to write in its place, where that is accepted.
+static const char *hint_instead(Eval *ev, Operator op, const Value *number, const Value *other) {
     double x;
-    const Value *number = a->type == VALUE_NUMBER ? a : b;
-    if (has_angle && has_number) {
-        return dag_is_const(ev->dag, number->ref[0], &x)
-                   ? arena_printf(ev->arena, "write %.15gdeg", x)
-                   : "multiply the number by 1deg";
+    bool is_known = dag_is_const(ev->dag, number->ref[0], &x);
+    if (number->dimension || op == OPERATOR_POW || op == OPERATOR_AND || op == OPERATOR_OR) {
+        return NULL;
     }
-    if ((is_vector(a) || is_vector(b)) && has_number && op != OPERATOR_POW) {
-        const char *part =
-            dag_is_const(ev->dag, number->ref[0], &x) ? arena_printf(ev->arena, "%.15g", x) : "s";
-        uint32_t n = is_vector(a) ? a->n : b->n;
-        return arena_printf(ev->arena, "write <%s, %s%s%s%s%s>", part, part, n > 2 ? ", " : "",
-                            n > 2 ? part : "", n > 3 ? ", " : "", n > 3 ? part : "");
+    if (other->type == VALUE_ANGLE) {
+        return is_known ? arena_printf(ev->arena, "write %.15gdeg", x)
+                        : "multiply the number by 1deg";
     }
-    if (op == OPERATOR_MUL && a->type == VALUE_ANGLE && b->type == VALUE_ANGLE) {
-        return "divide one of them by 1turn, 1rad or 1deg to make it a number";
+    if (!is_vector(other) || is_order(op)) {
+        return NULL;
+    }
+    const char *part = is_known ? arena_printf(ev->arena, "%.15g", x) : "s";
+    uint32_t n = other->n;
+    return arena_printf(ev->arena, "write <%s, %s%s%s%s%s>", part, part, n > 2 ? ", " : "",
+                        n > 2 ? part : "", n > 3 ? ", " : "", n > 3 ? part : "");
+}
+
+static const char *hint_for(Operator op, const Value *a, const Value *b) {
+    bool is_power = op == OPERATOR_POW || op == OPERATOR_MUL;
+    if (is_power && (a->type == VALUE_ANGLE || b->type == VALUE_ANGLE)) {
+        return a->type == b->type && op == OPERATOR_MUL
+                   ? "divide one of them by 1turn, 1rad or 1deg to make it a number"
+                   : "divide by 1turn, 1rad or 1deg to make it a number";
+    }
+    if (is_order(op) && (is_vector(a) || is_vector(b))) {
+        return "vectors have no order: compare their length(v), or components such as v.x";
+    }
+    if ((op == OPERATOR_ADD || op == OPERATOR_SUB) && is_vector(a) && b->type == VALUE_ANGLE) {
+        return "an axis and its angle are two values: write x, 90deg";
     }
     if ((a->type == VALUE_STRING) != (b->type == VALUE_STRING) && op == OPERATOR_ADD) {
         return "write str(...)";
@@ -45,10 +62,22 @@ static const char *hint_for(Eval *ev, Operator op, const Value *a, const Value *
     return NULL;
 }
 
+// Marks the operand that is to be replaced, if there is one.
 static Value mismatch(Eval *ev, const Env *env, NodeId node, Operator op, const Value *a,
                       const Value *b) {
-    return eval_error(ev, env, node, hint_for(ev, op, a, b), "%s %s %s: these do not go together",
-                      value_describe(ev->arena, a), signs[op], value_describe(ev->arena, b));
+    const Node *n = syntax_node(env->module->syntax, node);
+    const char *hint = NULL;
+    if (n->kind == NODE_BINARY && (a->type == VALUE_NUMBER) != (b->type == VALUE_NUMBER)) {
+        bool is_left = a->type == VALUE_NUMBER;
+        hint = hint_instead(ev, op, is_left ? a : b, is_left ? b : a);
+        bool marks_left = hint ? is_left : a->type == VALUE_ANGLE;
+        if (hint || (op == OPERATOR_POW && (a->type == VALUE_ANGLE || b->type == VALUE_ANGLE))) {
+            node = marks_left ? n->a : n->b;
+        }
+    }
+    return eval_error(ev, env, node, hint ? hint : hint_for(op, a, b),
+                      "%s %s %s: these do not go together", value_describe(ev->arena, a), signs[op],
+                      value_describe(ev->arena, b));
 }
 
 // Sums and comparisons need the same unit, if both sides have one.

@@ -6,6 +6,8 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "lang/builtins.h"
+
 enum {
     MOTION_INPUTS = 1u << IN_T | 1u << IN_FILM_T | 15u << IN_LOOP0,
     POINT_INPUTS = 1u << IN_U | 1u << IN_V | 7u << IN_PX | 7u << IN_NX,
@@ -47,6 +49,20 @@ const Given *object_given(const Object *object, PropertyId id) {
 
 // ---- Reports
 
+// 1-24 is meant as 1..24, 24 as 1..24.
+static const char *range_hint(Eval *ev, const Env *env, NodeId node, double x) {
+    const Syntax *syntax = env->module->syntax;
+    const Node *n = syntax_node(syntax, node);
+    if (n->kind == NODE_BINARY && n->aux == OPERATOR_SUB &&
+        syntax_node(syntax, n->a)->kind == NODE_NUMBER &&
+        syntax_node(syntax, n->b)->kind == NODE_NUMBER) {
+        return arena_printf(ev->arena, "write %.15g..%.15g",
+                            syntax_number(syntax_node(syntax, n->a)),
+                            syntax_number(syntax_node(syntax, n->b)));
+    }
+    return arena_printf(ev->arena, "write %.15g..%.15g", x > 1 ? 1 : x, x);
+}
+
 static bool wrong_type(Eval *ev, const Env *env, NodeId node, const PropertyInfo *info,
                        const Value *value) {
     double x;
@@ -60,7 +76,10 @@ static bool wrong_type(Eval *ev, const Env *env, NodeId node, const PropertyInfo
     } else if (info->type == PROPERTY_TYPE_VEC2 && is_known) {
         hint = arena_printf(ev->arena, "write <%.15g, %.15g>", x, x);
     } else if (info->type == PROPERTY_TYPE_RANGE && is_known) {
-        hint = arena_printf(ev->arena, "write %.15g..%.15g", x > 1 ? 1 : x, x);
+        hint = range_hint(ev, env, node, x);
+    } else if (info->type == PROPERTY_TYPE_VEC2 || info->type == PROPERTY_TYPE_VEC3 ||
+               info->type == PROPERTY_TYPE_COLOR) {
+        hint = builtins_vector_hint(ev, value);
     } else if (info == &property_infos[PROPERTY_SHUTTER_LENGTH] && value_is(value, VALUE_ANGLE)) {
         hint = "write angle = ...";
     } else if (info == &property_infos[PROPERTY_SHUTTER_ANGLE] && value->dimension) {
@@ -96,7 +115,9 @@ static bool in_range(Eval *ev, const Env *env, NodeId node, const PropertyInfo *
     } else if (x < info->low) {
         bound = arena_printf(ev->arena, "at least %.6g%s", info->low / factor, unit);
     } else {
-        bound = arena_printf(ev->arena, "at most %.6g%s", info->high / factor, unit);
+        bool is_open = info->high == SCHEMA_UNDER_HALF_TURN;
+        bound = arena_printf(ev->arena, "%s %.6g%s", is_open ? "less than" : "at most",
+                             info->high / factor, unit);
     }
     eval_error(ev, env, node, NULL, "%s is %s, this is %.6g%s", info->name, bound, x / factor,
                unit);
@@ -309,6 +330,11 @@ static Value read_value(Eval *ev, const Env *env, NodeId node, const PropertyInf
     if (is_word && read_word(ev, env, node, info, &value)) {
         return value;
     }
+    const Syntax *syntax = env->module->syntax;
+    bool is_material = info->type == PROPERTY_TYPE_MATERIAL;
+    ev->material_callee = is_material && syntax_node(syntax, node)->kind == NODE_CALL
+                              ? syntax_node(syntax, syntax_node(syntax, node)->a)
+                              : NULL;
     value = eval_expr(ev, env, node);
     if (value_is_poison(&value) || !is_word) {
         return value;
@@ -335,7 +361,8 @@ static void unknown_property(Eval *ev, const Env *env, const Object *object, Nod
                              const char *name) {
     enum { MAX_NAMES = 64 };
     Span where = syntax_name_span(env->module->syntax, statement);
-    const char *names[MAX_NAMES], *foreign = schema_foreign_word(name);
+    const char *names[MAX_NAMES];
+    const char *foreign = schema_foreign_word(node_infos[object->kind].name, name);
     if (!object->name) {
         eval_error_at(ev, where, arena_printf(ev->arena, "write let %s = ...", name),
                       "'%s' is a property of nothing here", name);
@@ -344,9 +371,9 @@ static void unknown_property(Eval *ev, const Env *env, const Object *object, Nod
     size_t n = schema_property_names(object->kind, names, MAX_NAMES);
     const char *near = diag_nearest(name, names, n < MAX_NAMES ? n : MAX_NAMES);
     eval_error_at(ev, where,
-                  near      ? arena_printf(ev->arena, "did you mean '%s'?", near)
-                  : foreign ? foreign
-                            : NULL,
+                  foreign ? foreign
+                  : near  ? arena_printf(ev->arena, "did you mean '%s'?", near)
+                          : NULL,
                   "%s has no property '%s'", object->name, name);
 }
 

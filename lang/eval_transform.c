@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+#include "lang/builtins.h"
+
 enum { MOTION_INPUTS = 1u << IN_T | 1u << IN_FILM_T | 15u << IN_LOOP0, MAX_ARGUMENTS = 3 };
 
 static const char *const names[TRANSFORM_COUNT] = {"translate", "scale", "rotate", "matrix"};
@@ -26,7 +28,12 @@ static bool complain(const Statement *s, uint32_t i, const char *hint, const cha
 static bool is_place(const Statement *s, uint32_t i, const char *expected) {
     const Value *value = &s->values[i];
     if (!value_is_vec3(value)) {
-        return complain(s, i, value_is(value, VALUE_NUMBER) ? "write <x, y, z>" : NULL, expected);
+        const char *vector = builtins_vector_hint(s->ev, value);
+        return complain(s, i,
+                        vector                          ? vector
+                        : value_is(value, VALUE_NUMBER) ? "write <x, y, z>"
+                                                        : NULL,
+                        expected);
     }
     return !value->dimension || value->dimension == DIMENSION_LENGTH ||
            complain(s, i, NULL, "a length");
@@ -54,18 +61,36 @@ static bool scale_map(const Statement *s, RefMap *map) {
         return true;
     }
     if (!value_is_vec3(by) || by->dimension) {
-        return complain(s, 0, NULL, "a number or a vector of 3 numbers");
+        return complain(s, 0, builtins_vector_hint(s->ev, by), "a number or a vector of 3 numbers");
     }
     *map = spatial_map_scale(dag, value_ref3(by));
     return true;
+}
+
+// POV-Ray's angles in degrees around x, y and z, in one vector.
+static const char *hint_angles(const Statement *s) {
+    const Value *angles = &s->values[0];
+    const char *text = NULL;
+    for (uint32_t i = 0; value_is_vec3(angles) && i < 3; i++) {
+        double x;
+        if (!dag_is_const(s->ev->dag, angles->ref[i], &x)) {
+            return "angles have units, and one axis each: write rotate y, a*1deg";
+        }
+        if (x != 0) {
+            text = arena_printf(s->ev->arena, "%s%s rotate %c, %.15gdeg", text ? text : "write",
+                                text ? ";" : "", "xyz"[i], x);
+        }
+    }
+    return text                            ? text
+           : value_is(angles, VALUE_ANGLE) ? "write rotate y, angle"
+                                           : "write rotate y, 90deg";
 }
 
 static bool rotate_map(const Statement *s, RefMap *map) {
     Dag *dag = s->ev->dag;
     if (s->n == 1) {
         return value_as_map(dag, &s->values[0], map) ||
-               complain(s, 0, value_is(&s->values[0], VALUE_ANGLE) ? "write rotate y, angle" : NULL,
-                        "a rotation, or an axis and an angle");
+               complain(s, 0, hint_angles(s), "a rotation, or an axis and an angle");
     }
     double x[3];
     const Value *axis = &s->values[0];

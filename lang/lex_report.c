@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "lang/schema.h"
 #include "lang/utf8.h"
 
 // Characters that people write in other languages, or that editors write for them.
@@ -28,6 +29,13 @@ static const struct {
     {"\xcf\x80", "write 'pi'"},
 };
 
+// The digits of a color behind a '#': #rgb or #rrggbb; 0: there are none.
+static int color_digits(const char *text) {
+    size_t n = strspn(text, "0123456789abcdefABCDEF");
+    bool is_whole = !strchr("ghijklmnopqrstuvwxyzGHIJKLMNOPQRSTUVWXYZ_", text[n]) || !text[n];
+    return (n == 3 || n == 6) && is_whole ? (int)n : 0;
+}
+
 static void report_character(const SourceFile *file, Token token, Diag *diag) {
     const char *text = file->text + (token.lo - file->base);
     int size = (int)(token.hi - token.lo);
@@ -37,6 +45,18 @@ static void report_character(const SourceFile *file, Token token, Diag *diag) {
             memcmp(strangers[i].text, text, (size_t)size) == 0) {
             hint = strangers[i].hint;
         }
+    }
+    char color[32];
+    int n_digits = *text == '#' ? color_digits(text + 1) : 0;
+    if (n_digits) {
+        snprintf(color, sizeof color, "write srgb(\"#%.*s\")", n_digits, text + 1);
+        hint = color;
+    }
+    size_t n_word = strspn(text + 1, "abcdefghijklmnopqrstuvwxyz");
+    if (*text == '#' && !n_digits && n_word < sizeof color) { // #declare, #macro
+        snprintf(color, sizeof color, "%.*s", (int)n_word, text + 1);
+        const char *foreign = schema_foreign_word("statement", color);
+        hint = foreign ? foreign : hint;
     }
     Span where = {token.lo, token.hi};
     unsigned char c = (unsigned char)*text;
@@ -95,7 +115,10 @@ static void report_unit(const SourceFile *file, Token token, Diag *diag) {
     snprintf(unit, sizeof unit, "%.*s", (int)(token.hi - lo), text + lo);
     const char *near = diag_nearest(unit, names, UNIT_COUNT - 1);
     int n_number = lo - token.lo < 32 ? (int)(lo - token.lo) : 32;
-    if (near) {
+    size_t n_digits = unit[0] == 'x' ? strspn(unit + 1, "0123456789") : 0;
+    if (n_digits && !unit[n_digits + 1]) { // 640x480
+        snprintf(hint, sizeof hint, "write <%.*s, %s>", n_number, text + token.lo, unit + 1);
+    } else if (near) {
         snprintf(hint, sizeof hint, "did you mean '%s'?", near);
     } else {
         snprintf(hint, sizeof hint, "to multiply, write %.*s*%s", n_number, text + token.lo, unit);

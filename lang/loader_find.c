@@ -102,9 +102,11 @@ const char *loader_find(Eval *ev, const Env *env, NodeId node, const Value *name
     if (is_outside) {
         report_outside(ev, where, text);
     } else {
+        const char *near = loader_near_file(ev, env, name);
         eval_error_at(ev, where,
-                      "it is looked for beside this file, in each folder given with -I, and in the "
-                      "standard library",
+                      near ? arena_printf(ev->arena, "did you mean '%s'?", near)
+                           : "it is looked for beside this file, in each folder given with -I, and "
+                             "in the standard library",
                       "there is no file '%s'", text);
     }
     return NULL;

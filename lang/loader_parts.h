@@ -25,6 +25,9 @@ typedef enum {
 Listing loader_may_list(Eval *ev, const Env *env, NodeId node, const Value *name,
                         const char *folder, const char *path);
 
+// The nearest name of a file in those folders; NULL: none is near enough.
+const char *loader_near_file(Eval *ev, const Env *env, const Value *name);
+
 // The tables read so far.
 Table **loader_tables(Eval *ev);
 

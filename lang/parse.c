@@ -102,6 +102,9 @@ static NodeId parse_def(Parser *p) {
     }
     if (parser_at(p, TOKEN_LPAREN)) {
         words[0] = parse_params(p);
+        if (parser_at(p, TOKEN_ASSIGN)) {
+            parser_error_expected(p, "'{'", "a function is defined with fn: fn f(x) = ...");
+        }
     } else if (parser_at(p, TOKEN_ASSIGN)) {
         parser_error_expected(p, "'{'", "write def Name { ... }, or let for a value");
     }
@@ -127,11 +130,7 @@ static NodeId parse_for(Parser *p) {
 static NodeId parse_condition(Parser *p) {
     parser_advance(p);
     NodeId condition = parse_expr(p);
-    if (condition && parser_at(p, TOKEN_ASSIGN)) {
-        parser_error_expected(p, "'{'", "write '==' to compare");
-        return 0;
-    }
-    return condition;
+    return condition && parser_error_no_comparison(p) ? 0 : condition;
 }
 
 // "if" expr block [ "else" ( block | if-stmt ) ]
@@ -196,6 +195,9 @@ static NodeId parse_values(Parser *p, NodeKind kind, unsigned aux) {
         parser_push(p, parse_expr(p));
         n++;
     } while (parser_accept(p, TOKEN_COMMA));
+    if (kind == NODE_TRANSFORM && parser_at(p, TOKEN_NUMBER) && !p->token.newline) {
+        parser_error_no_comma(p, lo);
+    }
     ExtraId extra = parser_pop_to_extra(p, base);
     return p->is_lost ? 0 : parser_node(p, kind, aux, lo, extra, n);
 }
@@ -270,7 +272,10 @@ static NodeId parse_object(Parser *p) {
         parser_error_no_block(p, first, is_dotted || words[IS_INSTANCE],
                               words[LABEL] || words[ARGS]);
     }
+    Symbol outer = p->within;
+    p->within = is_dotted ? 0 : first.symbol;
     words[BLOCK] = parse_block(p);
+    p->within = outer;
     if (!words[BLOCK]) {
         return 0;
     }

@@ -5,35 +5,41 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "lang/schema.h"
+
+// A text with what stands in the place of its first <x, y, z>: the vector that begins here.
+static void with_vector(const Parser *p, const char *text, char *hint, size_t size) {
+    static const char pattern[] = "<x, y, z>";
+    const char *at = strstr(text, pattern), *vector = parser_text(p, p->token.lo);
+    size_t n = strcspn(vector, ">\n\"");
+    if (!at || !parser_at(p, TOKEN_LT) || vector[n] != '>' || n > 60) {
+        snprintf(hint, size, "%s", text);
+        return;
+    }
+    snprintf(hint, size, "%.*s%.*s%s", (int)(at - text), text, (int)n + 1, vector,
+             at + sizeof pattern - 1);
+}
+
 // What may have been meant by a word that begins no statement: another language's word, or one
 // that is nearly right. False: nothing known.
-static bool hint_word(const char *word, char *hint, size_t size) {
-    static const struct {
-        const char *word, *hint;
-    } others[] = {
-        {"var", "write let"},
-        {"const", "write let"},
-        {"float", "write let"},
-        {"int", "write let"},
-        {"declare", "write let"},
-        {"func", "write fn f(x) = ..."},
-        {"function", "write fn f(x) = ..."},
-        {"macro", "write fn for values, def for shapes"},
-        {"import", "write include \"file.st4\""},
-        {"while", "there is no while: write for i in 0..9 { ... }"},
-        {"object", "write the name of the def: Name { ... }"},
-        {"return", "a function's body is one expression: fn f(x) = ..."},
-    };
+static bool hint_word(const Parser *p, const char *word, char *hint, size_t size) {
     static const char *const words[] = {
 #define KEYWORD(id, text) text,
 #include "lang/keywords.def"
 #undef KEYWORD
     };
-    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
-        if (strcmp(others[i].word, word) == 0) {
-            snprintf(hint, size, "%s", others[i].hint);
-            return true;
-        }
+    const char *node = p->within ? symbol_text(p->symbols, p->within) : NULL;
+    ObjectKind kind = node ? schema_node(node) : OBJECT_KINDS;
+    if (kind != OBJECT_KINDS && schema_property(kind, word) != PROPERTY_COUNT) {
+        return false;
+    }
+    const char *foreign = schema_foreign_word("statement", word);
+    const char *here = node ? schema_foreign_word(node, word) : NULL;
+    const char *anywhere = schema_foreign_word(NULL, word);
+    foreign = here && here != anywhere ? here : foreign;
+    if (foreign) {
+        with_vector(p, foreign, hint, size);
+        return true;
     }
     const char *near = diag_nearest(word, words, KEYWORD_LAST_STATEMENT);
     if (near) {
@@ -42,13 +48,59 @@ static bool hint_word(const char *word, char *hint, size_t size) {
     return near;
 }
 
+// Values without names, as POV-Ray's nodes begin with them.
+static void hint_unnamed(const Parser *p, char *hint, size_t size) {
+    const char *node = p->within ? symbol_text(p->symbols, p->within) : NULL;
+    ObjectKind kind = node ? schema_node(node) : OBJECT_KINDS;
+    const char *foreign = node ? schema_foreign_word(NULL, node) : NULL;
+    const char *unnamed = node ? schema_foreign_word(node, "<") : NULL;
+    if (kind == OBJECT_KINDS) {
+        snprintf(hint, size, "%s%s%s", foreign ? node : "properties are written name = value",
+                 foreign ? ": " : "", foreign ? foreign : "");
+        return;
+    }
+    if (unnamed) {
+        snprintf(hint, size, "%s", unnamed);
+        return;
+    }
+    // The first property that takes such a value, else the first of all.
+    uint32_t first = node_infos[kind].first, end = schema_end(kind), id = first;
+    bool is_vector = parser_at(p, TOKEN_LT);
+    while (id < end && (is_vector ? property_infos[id].type != PROPERTY_TYPE_VEC3 &&
+                                        property_infos[id].type != PROPERTY_TYPE_VEC2
+                                  : property_infos[id].type != PROPERTY_TYPE_NUMBER)) {
+        id++;
+    }
+    id = id < end ? id : first;
+    bool is_known = first < end && property_infos[id].default_text[0];
+    snprintf(hint, size, "properties are written name = value%s%s%s%s", is_known ? ", as " : "",
+             is_known ? property_infos[id].name : "", is_known ? " = " : "",
+             is_known ? property_infos[id].default_text : "");
+}
+
+bool parser_error_late_ends(Parser *p, Token name) {
+    const char *text = symbol_text(p->symbols, name.symbol);
+    if (name.newline || *parser_text(p, name.hi) != '(' ||
+        (strcmp(text, "before") != 0 && strcmp(text, "after") != 0)) {
+        return false;
+    }
+    char hint[80];
+    snprintf(hint, sizeof hint, "write it before the '{': keys %s(...) { ... }", text);
+    parser_error(p, parser_span(name), hint, "%s(...) of keys stands behind their '}'", text);
+    return true;
+}
+
 static const char comparison_in_vector[] =
     "a comparison inside a vector needs brackets: <1, (a > b), 2>";
 
 void parser_error_no_block(Parser *p, Token first, bool is_dotted, bool is_labelled) {
-    char hint[160] = "";
+    char hint[200] = "";
     TokenKind kind = p->token.kind;
+    int n_head = p->last_hi - first.lo < 60 ? (int)(p->last_hi - first.lo) : 60;
     bool is_same_line = !p->token.newline;
+    if (parser_error_late_ends(p, first)) {
+        return;
+    }
     if (first.lo > p->vector_end && p->vector_end && !first.newline &&
         (kind == TOKEN_GT || kind == TOKEN_COMMA || kind == TOKEN_PLUS)) {
         snprintf(hint, sizeof hint, "%s", comparison_in_vector);
@@ -59,8 +111,12 @@ void parser_error_no_block(Parser *p, Token first, bool is_dotted, bool is_label
         snprintf(hint, sizeof hint, "the '(' stands on the line of the name before it");
     } else if (kind == TOKEN_ASSIGN && is_dotted) {
         snprintf(hint, sizeof hint, "a property is set in its node's block: film { fps = 24 }");
+    } else if (kind == TOKEN_ASSIGN && *parser_text(p, p->last_lo) == ')') {
+        snprintf(hint, sizeof hint, "write fn %.*s = ...", n_head, parser_text(p, first.lo));
     } else if (is_same_line &&
-               hint_word(symbol_text(p->symbols, first.symbol), hint, sizeof hint)) {
+               hint_word(p, symbol_text(p->symbols, first.symbol), hint, sizeof hint)) {
+    } else if (kind == TOKEN_COMMA && p->within && !is_dotted && !is_labelled) {
+        hint_unnamed(p, hint, sizeof hint);
     } else if (kind == TOKEN_COLON || (is_same_line && parser_begins_value(kind) &&
                                        !(is_labelled && kind == TOKEN_NAME))) {
         snprintf(hint, sizeof hint, "to set a property, write %.40s = ...",
@@ -73,6 +129,7 @@ void parser_error_no_block(Parser *p, Token first, bool is_dotted, bool is_label
 void parser_error_no_statement(Parser *p, uint32_t less_at) {
     TokenKind kind = p->token.kind;
     const char *hint = NULL;
+    char unnamed[200];
     bool follows_vector = p->vector_end && p->vector_end == p->last_hi && !p->token.newline;
     bool follows_brace = p->last_hi > p->last_lo && *parser_text(p, p->last_lo) == '{';
     if (kind == TOKEN_COMMA && less_at) {
@@ -88,16 +145,17 @@ void parser_error_no_statement(Parser *p, uint32_t less_at) {
     } else if (kind == TOKEN_MINUS ||
                ((kind == TOKEN_LPAREN || kind == TOKEN_LBRACKET) && p->token.newline)) {
         hint = "to go on with the line above, end that with an operator";
-    } else if (kind == TOKEN_LT && follows_brace) {
-        hint = "properties are written name = value, as center = <0, 1, 0>";
-    } else if (kind == TOKEN_NUMBER && follows_brace) {
-        hint = "properties are written name = value, as radius = 1";
+    } else if ((kind == TOKEN_LT || kind == TOKEN_NUMBER) && follows_brace) {
+        hint_unnamed(p, unnamed, sizeof unnamed);
+        hint = unnamed;
     } else if (parser_begins_value(kind) || kind == TOKEN_COLON) {
         hint = "properties are written name = value";
     } else if (kind == TOKEN_LBRACE) {
         hint = "a block belongs to a node: group { ... }";
     } else if (kind == TOKEN_ASSIGN) {
-        hint = "a name stands on the left of '='";
+        hint = p->token.newline || follows_brace || p->last_lo == p->last_hi
+                   ? "a name stands on the left of '='"
+                   : "write '==' to compare";
     }
     char text[40];
     int n = p->token.hi - p->token.lo < 32 ? (int)(p->token.hi - p->token.lo) : 32;
@@ -163,12 +221,33 @@ void parser_skip_statement(Parser *p, Token first, unsigned braces) {
     }
 }
 
+void parser_error_no_comma(Parser *p, uint32_t lo) {
+    char hint[120];
+    int n = (int)(p->last_hi - lo), n_value = (int)(p->token.hi - p->token.lo);
+    snprintf(hint, sizeof hint, "write %.*s, %.*s", n < 50 ? n : 50, parser_text(p, lo),
+             n_value < 40 ? n_value : 40, parser_text(p, p->token.lo));
+    parser_error_expected(p, "','", hint);
+}
+
+bool parser_error_no_comparison(Parser *p) {
+    if (!parser_at(p, TOKEN_ASSIGN) || p->is_lost) {
+        return false;
+    }
+    parser_error_expected(p, "'=='", "write '==' to compare");
+    return true;
+}
+
 // Where a '{' stands on this line behind a mistake, its block is read for the mistakes in it.
 bool parser_reach_block(Parser *p) {
     if (!p->is_lost && parser_at(p, TOKEN_LBRACE)) {
         return true;
     }
-    parser_expect(p, TOKEN_LBRACE, 0);
+    char hint[80] = "";
+    if (parser_at(p, TOKEN_NAME) && !p->token.newline) {
+        snprintf(hint, sizeof hint, "write the braces of its block: { %.40s ... }",
+                 symbol_text(p->symbols, p->token.symbol));
+    }
+    parser_error_expected(p, "'{'", hint[0] ? hint : NULL);
     while (!p->lost_brackets && !p->token.newline && !parser_at(p, TOKEN_LBRACE) &&
            !parser_at(p, TOKEN_RBRACE) && !parser_at(p, TOKEN_SEMICOLON) &&
            !parser_at(p, TOKEN_END)) {

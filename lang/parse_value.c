@@ -211,6 +211,10 @@ static NodeId parse_keys(Parser *p) {
         parser_expect(p, TOKEN_RBRACE, opened);
     }
     p->n_brackets--;
+    // Outside of brackets that is a statement that begins with a name, and reported as such.
+    if (p->n_brackets && parser_at(p, TOKEN_NAME)) {
+        parser_error_late_ends(p, p->token);
+    }
     ExtraId extra = parser_pop_to_extra(p, base);
     return !p->is_lost && parse_grow(p, height, 0, lo) ? parser_node(p, NODE_KEYS, 0, lo, extra, 0)
                                                        : 0;
@@ -231,6 +235,9 @@ static NodeId parse_brackets(Parser *p) {
     if (inner && parser_at(p, TOKEN_COMMA)) {
         parser_error(p, parser_span(p->token), "a vector is written <x, y, z>, a list [a, b]",
                      "expected ')', found ','");
+    }
+    if (inner) {
+        parser_error_no_comparison(p);
     }
     inner = inner && parser_expect(p, TOKEN_RPAREN, opened) ? inner : 0;
     p->n_brackets--;

@@ -40,6 +40,7 @@ typedef struct {
     // For hints, offsets in this statement, or 0:
     uint32_t less_at;    // the last '<' that compares
     uint32_t vector_end; // behind the last vector
+    Symbol within;       // the name of the node whose block it is
 } Parser;
 
 void parser_init(Parser *p, Arena *arena, Symbols *symbols, const SourceFile *file, Diag *diag);
@@ -97,6 +98,12 @@ void parser_error_no_block(Parser *p, Token first, bool is_dotted, bool is_label
 void parser_error_no_statement(Parser *p, uint32_t less_at);
 // After an error, to the next statement or the '}' of its block.
 void parser_skip_statement(Parser *p, Token first, unsigned braces);
+// A value follows the last argument of a transform without a ','. `lo`: of the statement.
+void parser_error_no_comma(Parser *p, uint32_t lo);
+// A finished value is followed by '=', which does not compare; false: it is not.
+bool parser_error_no_comparison(Parser *p);
+// Is the name that of before(...) or after(...) behind the keys that it belongs to? Then reported.
+bool parser_error_late_ends(Parser *p, Token name);
 // At a '{', or, after an error, at the one on the same line. False: there is none, reported.
 bool parser_reach_block(Parser *p);
 // The token is the '}' of the '{' at lo: does it look like another's?

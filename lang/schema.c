@@ -6,7 +6,8 @@
 #include <string.h>
 
 const PropertyInfo property_infos[PROPERTY_COUNT] = {
-#define POSITIVE SCHEMA_POSITIVE
+#define POSITIVE        SCHEMA_POSITIVE
+#define UNDER_HALF_TURN SCHEMA_UNDER_HALF_TURN
 #define NODE(...)
 #define PROPERTY(node, id, name, type, dimension, when, default_text, low, high, status, names,    \
                  help)                                                                             \
@@ -126,20 +127,27 @@ size_t schema_node_names(const char **names, size_t max) {
     return n;
 }
 
-const char *schema_foreign_word(const char *name) {
+const char *schema_foreign_word(const char *node, const char *name) {
     static const struct {
-        const char *word, *instead;
+        const char *nodes, *word, *instead;
     } words[] = {
-#define WORD(word, instead) {word, instead},
+#define WORD(word, instead)           {NULL, word, instead},
+#define WORD_IN(nodes, word, instead) {nodes, word, instead},
 #include "lang/words.def"
 #undef WORD
     };
+    const char *anywhere = NULL;
     for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
-        if (strcmp(words[i].word, name) == 0) {
+        if (strcmp(words[i].word, name) != 0) {
+            continue;
+        }
+        if (!words[i].nodes) {
+            anywhere = words[i].instead;
+        } else if (node && schema_has_word(words[i].nodes, node)) {
             return words[i].instead;
         }
     }
-    return NULL;
+    return anywhere;
 }
 
 bool schema_has_word(const char *words, const char *word) {

@@ -76,6 +76,8 @@ typedef struct {
 } PropertyInfo;
 
 #define SCHEMA_POSITIVE 4.9406564584124654e-324
+// The highest of angles that must be less than half a turn.
+#define SCHEMA_UNDER_HALF_TURN 3.1415926
 
 extern const NodeInfo node_infos[OBJECT_KINDS];
 extern const PropertyInfo property_infos[PROPERTY_COUNT];
@@ -98,8 +100,9 @@ size_t schema_property_names(ObjectKind kind, const char **names, size_t max);
 // The names of all nodes, likewise.
 size_t schema_node_names(const char **names, size_t max);
 
-// What to write instead of a word of POV-Ray; NULL: it is none.
-const char *schema_foreign_word(const char *name);
+// What to write instead of a word of POV-Ray, in the block of a node (NULL: anywhere), or where a
+// "statement" begins; NULL: it is none.
+const char *schema_foreign_word(const char *node, const char *name);
 
 // Whether `word` is among the words of a list separated by spaces.
 bool schema_has_word(const char *words, const char *word);

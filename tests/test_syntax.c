@@ -279,8 +279,8 @@ static void syntax_single_expressions(void **state) {
     }
 }
 
-static const char *const goldens[] = {"grammar", "traps", "tokens", "statements",
-                                      "open",    "many",  "headers"};
+static const char *const goldens[] = {"grammar", "traps",   "tokens", "statements", "open",
+                                      "many",    "headers", "povray", "habits"};
 
 static void syntax_golden_reports(void **state) {
     (void)state;

@@ -164,3 +164,26 @@ test_include_cycles_are_named() {
     has "$err" 'c.st4:1:9: error:'
     has "$err" 'b.st4 -> c.st4 -> b.st4'
 }
+
+# What is to be replaced is what is marked.
+test_marks_what_to_replace() {
+    local line marked
+    while IFS="|" read -r line marked; do
+        printf 'include "colors.st4" as colors\n%s\n' "$line" >mark.st4
+        expect 1 "$ST4" check mark.st4 --color never
+        errors "$err" 1
+        has "$err" "$(printf '      | %*s^' "$(($(awk -v a="$line" -v b="$marked" \
+            'BEGIN { print index(a, b) }') - 1))" '')"
+        has "$err" "^$(printf '%*s' $((${#marked} - 1)) '' | tr ' ' '~') "
+    done <<'END'
+print <1, 2, 3> + 1.5|1.5
+print 1.5 - <1, 2, 3>|1.5
+print 90deg + 500|500
+print 500 - 90deg|500
+print 90deg ^ 2|90deg
+print 2 ^ 90deg|90deg
+print colors.cora|cora
+sphere { rotate x 90deg }|90deg
+film { size = 640x480 }|x480
+END
+}

@@ -142,7 +142,7 @@ test_words_of_povray_are_answered() {
         echo "$word { }" >word.st4
         expect 1 "$ST4" check word.st4 --color never
         errors "$err" 1
-        has "$err" "$answer"
+        has "$err" "${answer//\\\"/\"}"
         n=$((n + 1))
     done < <(sed -nE 's/^WORD\("([a-z0-9_]+)", "(.*)"\)$/\1\t\2/p' "$ROOT/lang/words.def")
     below 30 $n
@@ -151,4 +151,27 @@ test_words_of_povray_are_answered() {
     has "$err" 'write material'
     echo '#declare a = 1;' >word.st4
     expect 1 "$ST4" check word.st4
+}
+
+# The surfaces that the table tells to write show their outside: along u crossed with along v.
+test_words_of_povray_face_outwards() {
+    local word
+    for word in lathe sor height_field; do
+        {
+            echo 'fn r(v) = 2'
+            echo 'fn h(v) = v'
+            echo 'fn height(u, v) = 1'
+            sed -nE "s/^WORD\(\"$word\".*(fn )at(\(u, v\) = <.*>) \}\"\)\$/\1hinted\2/p" "$ROOT/lang/words.def"
+            case $word in
+            height_field) echo 'let e = 0.01  let outwards = y' ;;
+            *) echo 'let e = 1deg  let outwards = hinted(0deg, 0)' ;;
+            esac
+            echo 'let o = 0*e'
+            echo 'let along_u = hinted(e, 0) - hinted(o, 0)'
+            echo 'let along_v = hinted(o, 0.01) - hinted(o, 0)'
+            echo 'assert dot(cross(along_u, along_v), outwards) > 0'
+            echo 'sphere { }'
+        } >hinted.st4
+        expect 0 "$ST4" check hinted.st4
+    done
 }
