@@ -50,6 +50,15 @@ static bool lights_have_size(const Scene *scene) {
     return false;
 }
 
+static bool has_lens(const CameraSettings *camera) {
+    double lens[4] = {1};
+    if (camera->lens && program_is_constant(camera->lens)) {
+        const double in[IN_COUNT] = {0};
+        program_run1(camera->lens, in, lens);
+    }
+    return camera->lens && lens[0] > 0;
+}
+
 static void print_left_out(const Scene *scene, const Counts *counts) {
     bool moves = counts->n_deforming || counts->n_moving;
     puts("left out:");
@@ -64,7 +73,9 @@ static void print_left_out(const Scene *scene, const Counts *counts) {
     if (!lights_have_size(scene)) {
         puts("  light samples no light of constant size has an extent but the sky");
     }
-    puts("  lens samples  the camera is a pinhole");
+    if (!has_lens(&scene->camera)) {
+        puts("  lens samples  the camera is a pinhole");
+    }
     if (scene->render.bounces == 0) {
         puts("  bounces       direct light only");
     }

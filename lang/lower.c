@@ -224,6 +224,15 @@ bool lower_scalar(Eval *ev, const Object *object, PropertyId id, Ref *ref) {
     return value.n == 1 && value_is_numeric(&value);
 }
 
+double lower_known(Eval *ev, const Object *object, PropertyId id) {
+    Value value = object_value(ev, object, id);
+    double x = 0;
+    if (value.n >= 1 && value_is_numeric(&value)) {
+        dag_is_const(ev->dag, value.ref[0], &x);
+    }
+    return x;
+}
+
 const Program *lower_visible(Eval *ev, const Place *place) {
     double x;
     bool is_always = dag_is_const(ev->dag, place->visible, &x) && x != 0;

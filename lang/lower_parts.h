@@ -97,6 +97,9 @@ bool lower_once(Eval *ev, Source *source, const Object *object);
 bool lower_vec3(Eval *ev, const Object *object, PropertyId id, Ref3 *v);
 bool lower_scalar(Eval *ev, const Object *object, PropertyId id, Ref *ref);
 
+// The first component of a FIXED property; 0: not given and without a default, or a mistake.
+double lower_known(Eval *ev, const Object *object, PropertyId id);
+
 // A program with these outputs; the same graphs give the same program.
 const Program *lower_program(Eval *ev, const Ref *refs, uint32_t n);
 

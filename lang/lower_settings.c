@@ -5,15 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-static double known(Eval *ev, const Object *object, PropertyId id) {
-    Value value = object_value(ev, object, id);
-    double x = 0;
-    if (value.n >= 1 && value_is_numeric(&value)) {
-        dag_is_const(ev->dag, value.ref[0], &x);
-    }
-    return x;
-}
-
 static bool is_given(const Object *object, PropertyId id) {
     const Given *given = object_given(object, id);
     return given && !value_is_poison(&given->value);
@@ -36,7 +27,7 @@ bool lowered_film(Eval *ev, const Module *module, NodeId statement) {
 }
 
 void lower_fps(Eval *ev, const Object *film) {
-    double fps = known(ev, film, PROPERTY_FILM_FPS);
+    double fps = lower_known(ev, film, PROPERTY_FILM_FPS);
     double override = ev->lowering->overrides.fps;
     ev->fps = override > 0 ? override : fps > 0 ? fps : 24;
 }
@@ -94,8 +85,8 @@ void lower_film(Eval *ev, const Object *object) {
     lower_film_size(ev, object, film);
     lower_frames(ev, object, film);
     film->fps = ev->fps;
-    film->transparent = known(ev, object, PROPERTY_FILM_TRANSPARENT) != 0;
-    film->exposure = known(ev, object, PROPERTY_FILM_EXPOSURE);
+    film->transparent = lower_known(ev, object, PROPERTY_FILM_TRANSPARENT) != 0;
+    film->exposure = lower_known(ev, object, PROPERTY_FILM_EXPOSURE);
     const Given *out = object_given(object, PROPERTY_FILM_OUT);
     if (out && value_is(&out->value, VALUE_STRING)) {
         const char *path = symbol_text(ev->symbols, out->value.symbol);
@@ -140,7 +131,7 @@ void lower_shutter(Eval *ev, const Object *object) {
         return;
     }
     l->phase = lower_phase(ev, object);
-    double x = known(ev, object, length ? PROPERTY_SHUTTER_LENGTH : PROPERTY_SHUTTER_ANGLE);
+    double x = lower_known(ev, object, length ? PROPERTY_SHUTTER_LENGTH : PROPERTY_SHUTTER_ANGLE);
     l->scene->shutter = lowering_shutter(ev->fps, !length, x, l->phase);
     bool is_wrong = (angle && !is_given(object, PROPERTY_SHUTTER_ANGLE)) ||
                     (length && !is_given(object, PROPERTY_SHUTTER_LENGTH)); // reported
@@ -156,12 +147,12 @@ void lower_render(Eval *ev, const Object *object) {
         return;
     }
     RenderSettings *render = &l->scene->render;
-    render->bounces = (uint32_t)known(ev, object, PROPERTY_RENDER_BOUNCES);
+    render->bounces = (uint32_t)lower_known(ev, object, PROPERTY_RENDER_BOUNCES);
     render->spp = is_given(object, PROPERTY_RENDER_SPP)
-                      ? (uint32_t)known(ev, object, PROPERTY_RENDER_SPP)
+                      ? (uint32_t)lower_known(ev, object, PROPERTY_RENDER_SPP)
                       : 0;
-    render->seed = (uint64_t)known(ev, object, PROPERTY_RENDER_SEED);
-    render->freeze = known(ev, object, PROPERTY_RENDER_FREEZE) != 0;
+    render->seed = (uint64_t)lower_known(ev, object, PROPERTY_RENDER_SEED);
+    render->freeze = lower_known(ev, object, PROPERTY_RENDER_FREEZE) != 0;
 }
 
 Value lower_film_member(Eval *ev, const Env *env, NodeId node, const char *member) {

@@ -19,6 +19,10 @@ static bool shape_is_moving(const Shape *shape) {
            reads_time(shape->transform) || reads_time(shape->visible);
 }
 
+static bool camera_is_moving(const CameraSettings *camera) {
+    return reads_time(camera->program) || reads_time(camera->lens);
+}
+
 static bool lights_are_moving(const Scene *scene) {
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         if (light_is_moving(&scene->lights[i])) {
@@ -39,13 +43,13 @@ bool path_scene_is_moving(const Scene *scene) {
             return true;
         }
     }
-    return reads_time(scene->camera.program) || lights_are_moving(scene);
+    return camera_is_moving(&scene->camera) || lights_are_moving(scene);
 }
 
 void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
     *paths = (PathScene){.scene = scene, .lights_move = lights_are_moving(scene)};
     filter_init(&paths->filter, scene->film.filter);
-    paths->camera_moves = reads_time(scene->camera.program);
+    paths->camera_moves = camera_is_moving(&scene->camera);
     paths->draws_time = !shutter_is_instant(&scene->shutter) && path_scene_is_moving(scene);
     paths->material = arena_array(arena, scene->n_materials, sizeof *paths->material);
     paths->material_is_constant = ARENA_ARRAY(arena, scene->n_materials, bool);
@@ -352,8 +356,7 @@ static void trace_path(PathTracer *tracer, Path *path, FilmSample *sample) {
         if (path->depth == 0) {
             sample->alpha = is_hit || !scene->film.transparent;
             if (is_hit) {
-                Vec3 seen = vec3_sub(vertex.point.P, tracer->camera.from);
-                sample->depth = vec3_dot(seen, tracer->camera.forward);
+                sample->depth = camera_depth(&tracer->camera, vertex.point.P);
                 sample->normal = vertex.N;
             }
         }
@@ -362,6 +365,24 @@ static void trace_path(PathTracer *tracer, Path *path, FilmSample *sample) {
         }
         goes_on = is_hit && wants_surface(tracer, path) && scatter(tracer, path, &vertex);
     }
+}
+
+// The ray of the sample that has these numbers within its pixel.
+static void start_path(PathTracer *tracer, Path *path, uint32_t x, uint32_t y,
+                       const double u[SAMPLE_DIMENSIONS]) {
+    const Filter *filter = &tracer->paths->filter;
+    const Camera *camera = &tracer->camera;
+    double px = x + 0.5 + filter_offset(filter, u[SAMPLE_X]);
+    double py = y + 0.5 + filter_offset(filter, u[SAMPLE_Y]);
+    tracer->counters.camera_rays++;
+    if (!(camera->radius > 0)) {
+        camera_ray(camera, px, py, &path->origin, &path->dir);
+        return;
+    }
+    double lens[SAMPLE_DIMENSIONS];
+    sampler_draw(path->sampler, path->index, SAMPLE_SET_LENS, lens);
+    tracer->counters.lens_samples++;
+    camera_lens_ray(camera, px, py, lens[0], lens[1], &path->origin, &path->dir);
 }
 
 void path_trace(PathTracer *tracer, const Sampler *sampler, uint32_t x, uint32_t y, uint32_t index,
@@ -377,9 +398,7 @@ void path_trace(PathTracer *tracer, const Sampler *sampler, uint32_t x, uint32_t
     FilmSample sample = {.depth = INFINITY};
     if (tracer->camera.is_valid) {
         Path path = {.sampler = sampler, .index = index, .weight = {1, 1, 1}};
-        camera_ray(&tracer->camera, x + 0.5 + filter_offset(&paths->filter, u[SAMPLE_X]),
-                   y + 0.5 + filter_offset(&paths->filter, u[SAMPLE_Y]), &path.origin, &path.dir);
-        tracer->counters.camera_rays++;
+        start_path(tracer, &path, x, y, u);
         trace_path(tracer, &path, &sample);
         memcpy(sample.color, path.color, sizeof sample.color);
     }

@@ -13,9 +13,7 @@
 
 #include "render/mesh.h"
 #include "render/program.h"
-
-// Where in the source a thing was written; opaque to the renderer, handed back in reports.
-typedef uint64_t SourceRef;
+#include "render/shot.h"
 
 // Over how much of its neighbourhood a pixel is averaged.
 typedef enum {
@@ -34,24 +32,6 @@ typedef struct {
     const char **aov; // names asked for
     uint32_t n_aov;
 } FilmSettings;
-
-// The shutter of frame n is open from (n-1)/fps + open to (n-1)/fps + open + length.
-typedef struct {
-    double length; // frame periods, >= 0, of any size; 0: an instant
-    double open;   // frame periods
-} ShutterSettings;
-
-typedef enum { CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC } CameraKind;
-
-// out: from x y z, to x y z, up x y z, fov (vertical, radians; orthographic: the picture is
-// 2 |to - from| tan(fov/2) high, so both kinds agree at `to`). Not given: automatic is true, and
-// the renderer places a camera that sees everything at the film's first frame.
-typedef struct {
-    CameraKind kind;
-    const Program *program;
-    bool automatic;
-    SourceRef where;
-} CameraSettings;
 
 typedef struct {
     uint32_t bounces; // 0: direct light only

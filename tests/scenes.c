@@ -63,6 +63,11 @@ void test_camera(TestScene *test, CameraKind kind, double distance, double fov) 
     test->scene.camera = (CameraSettings){.kind = kind, .program = line(test, out, NULL, 10)};
 }
 
+void test_lens(TestScene *test, const double value[4], const double slope[4], uint32_t blades) {
+    test->scene.camera.lens = line(test, value, slope, 4);
+    test->scene.camera.blades = blades;
+}
+
 void test_light(TestScene *test, LightKind kind, const double *out, uint32_t n) {
     test->lights[test->scene.n_lights++] =
         (Light){.kind = kind, .program = line(test, out, NULL, n)};
