@@ -7,6 +7,7 @@
 
 #include "lang/session.h"
 #include "render/image.h"
+#include "render/shutter.h"
 
 typedef struct {
     uint64_t n_objects, n_triangles, n_vertices, n_spheres, n_planes;
@@ -90,6 +91,14 @@ static void print_scene(const Session *session) {
            film->fps, (long long)film->first_frame, (long long)film->last_frame);
     printf("shutter   open %g frame periods (%g s), from %+g\n", shutter->length,
            shutter->length / film->fps, shutter->open);
+    if (shutter->first_delay != 0 || shutter->last_delay != 0) {
+        printf("delayed   by %g to %g frame periods, from pixel to pixel\n", shutter->first_delay,
+               shutter->last_delay);
+    }
+    if (shutter->curve) {
+        printf("curve     of %u points, its integral right to %.1e\n", shutter->curve->n,
+               shutter->curve->error);
+    }
     printf("shapes    %u, placed as %llu objects; %u deform, %u move as bodies, %u have breaks\n",
            scene->n_shapes, (unsigned long long)counts.n_objects, counts.n_deforming,
            counts.n_moving, counts.n_breaks);

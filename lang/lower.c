@@ -259,8 +259,10 @@ static void check_data(Eval *ev) {
     const Lowering *l = ev->lowering;
     const FilmSettings *film = &l->scene->film;
     const ShutterSettings *shutter = &l->scene->shutter;
-    double first = ((double)(film->first_frame - 1) + shutter->open) / film->fps;
-    double last = ((double)(film->last_frame - 1) + shutter->open + shutter->length) / film->fps;
+    double open = shutter->open + shutter->first_delay;
+    double close = shutter->open + shutter->length + shutter->last_delay;
+    double first = ((double)(film->first_frame - 1) + open) / film->fps;
+    double last = ((double)(film->last_frame - 1) + close) / film->fps;
     for (size_t i = 0; i < l->n_data; i++) {
         const SampledData *data = &l->data[i];
         if (first < data->first - 1 / film->fps || last > data->last + 1 / film->fps) {
@@ -372,7 +374,8 @@ static void apply_overrides(Lowering *l) {
         film->last_frame = o->last_frame;
     }
     if (o->has_shutter) {
-        l->scene->shutter = lowering_shutter(film->fps, o->shutter_is_angle, o->shutter, l->phase);
+        lowering_set_shutter(&l->scene->shutter, film->fps, o->shutter_is_angle, o->shutter,
+                             l->phase);
     }
 }
 
@@ -381,6 +384,7 @@ Scene *lowering_finish(Eval *ev, const Hash128 *sources) {
     Scene *scene = l->scene;
     add_defaults(ev);
     apply_overrides(l);
+    lower_delays(ev);
     check_data(ev);
     keep_used_materials(l);
     if (l->n_shapes == 0) {

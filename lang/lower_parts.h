@@ -78,6 +78,7 @@ struct Lowering {
     uint32_t n_counted, n_objects; // shapes, and the objects that they are
     Source film, shutter, render, camera, sky;
     double phase; // of the shutter
+    Span delay;   // where it says so
     Overrides overrides;
     const Mesh *unit_box, *unit_quad; // shared by all boxes and quads
     CachedSurface *surfaces;          // a power of two of slots
@@ -122,6 +123,8 @@ Shape *lower_new_shape(Eval *ev);
 // lang/lower_settings.c
 void lower_film(Eval *ev, const Object *object);
 void lower_shutter(Eval *ev, const Object *object);
+// Delays of all pixels, once the film's size is certain.
+void lower_delays(Eval *ev);
 void lower_render(Eval *ev, const Object *object);
 
 // lang/lower_light.c

@@ -50,7 +50,9 @@ void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
     *paths = (PathScene){.scene = scene, .lights_move = lights_are_moving(scene)};
     filter_init(&paths->filter, scene->film.filter);
     paths->camera_moves = camera_is_moving(&scene->camera);
-    paths->draws_time = !shutter_is_instant(&scene->shutter) && path_scene_is_moving(scene);
+    bool moves = path_scene_is_moving(scene);
+    paths->draws_time = moves && !shutter_is_instant(&scene->shutter);
+    paths->is_delayed = moves && shutter_is_delayed(&scene->shutter);
     paths->material = arena_array(arena, scene->n_materials, sizeof *paths->material);
     paths->material_is_constant = ARENA_ARRAY(arena, scene->n_materials, bool);
     bool is_rough = false;
@@ -86,16 +88,26 @@ void path_tracer_init(PathTracer *tracer, Arena *arena, const PathScene *paths, 
     tracer->lights.lights = ARENA_ARRAY(arena, scene->n_lights, LightAt);
     tracer->troubles.lights = ARENA_ARRAY(arena, scene->n_lights, bool);
     tracer->troubles.materials = ARENA_ARRAY(arena, scene->n_materials, bool);
-    Instant middle = shutter_instant(&scene->shutter, frame, 0.5);
+    tracer->delay = shutter_delay(&scene->shutter, &scene->film, 0, 0);
+    Instant middle = shutter_instant(&scene->shutter, frame, tracer->delay, 0.5);
     tracer->seconds = instant_seconds(middle, scene->film.fps);
     world_view_time(view, middle);
     evaluate_camera(tracer);
     evaluate_lights(tracer);
 }
 
-static void set_time(PathTracer *tracer, double u) {
+static void set_pixel(PathTracer *tracer, uint32_t x, uint32_t y) {
     const Scene *scene = tracer->paths->scene;
-    Instant at = shutter_instant(&scene->shutter, tracer->frame, u);
+    if (tracer->paths->is_delayed && (tracer->x != x || tracer->y != y)) {
+        tracer->delay = shutter_delay(&scene->shutter, &scene->film, x, y);
+    }
+    tracer->x = x;
+    tracer->y = y;
+}
+
+static void set_time(PathTracer *tracer, double fraction) {
+    const Scene *scene = tracer->paths->scene;
+    Instant at = shutter_instant(&scene->shutter, tracer->frame, tracer->delay, fraction);
     tracer->seconds = instant_seconds(at, scene->film.fps);
     world_view_time(tracer->view, at);
     if (tracer->paths->camera_moves) {
@@ -390,9 +402,12 @@ void path_trace(PathTracer *tracer, const Sampler *sampler, uint32_t x, uint32_t
     const PathScene *paths = tracer->paths;
     double u[SAMPLE_DIMENSIONS], time = 0.5;
     sampler_draw(sampler, index, SAMPLE_SET_PIXEL, u);
+    set_pixel(tracer, x, y);
     if (paths->draws_time) {
-        time = u[SAMPLE_TIME];
+        time = shutter_fraction(&paths->scene->shutter, u[SAMPLE_TIME]);
         tracer->counters.time_samples++;
+    }
+    if (paths->draws_time || paths->is_delayed) {
         set_time(tracer, time);
     }
     FilmSample sample = {.depth = INFINITY};

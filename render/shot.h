@@ -8,10 +8,21 @@
 // Where in the source a thing was written; opaque to the renderer, handed back in reports.
 typedef uint64_t SourceRef;
 
-// The shutter of frame n is open from (n-1)/fps + open to (n-1)/fps + open + length.
+typedef struct ShutterCurve ShutterCurve; // render/shutter.h
+
+typedef enum { ROLL_NONE, ROLL_DOWN, ROLL_UP, ROLL_LEFT, ROLL_RIGHT } RollKind;
+
+// The shutter of frame n is open from (n-1)/fps + open to (n-1)/fps + open + length, and as much
+// later at a pixel as its delay says: that of its line, where it rolls, and that of the program.
 typedef struct {
-    double length; // frame periods, >= 0, of any size; 0: an instant
-    double open;   // frame periods
+    double length;             // frame periods, >= 0, of any size; 0: an instant
+    double open;               // frame periods
+    const ShutterCurve *curve; // NULL: a box
+    RollKind roll;
+    double readout;                 // frame periods, >= 0, between the first line and the last
+    const Program *delay;           // out: seconds. Reads u v alone: of the pixel's middle, 0..1 to
+                                    // the right and down. NULL: 0
+    double first_delay, last_delay; // frame periods, of all pixels (shutter_find_delays)
 } ShutterSettings;
 
 typedef enum {
