@@ -347,6 +347,39 @@ static Value run_table(const BuiltinCall *call) {
         dag_op(dag, OP_ADD, dag_table_op(dag, OP_TABLE, row, table->ys, n), rise, REF_NONE));
 }
 
+// ---- Functions
+
+static Ref binary(Dag *dag, Op op, Ref a, Ref b) {
+    return dag_op(dag, op, a, b, REF_NONE);
+}
+
+static Value run_trapezoid(const BuiltinCall *call) {
+    double a, b;
+    if (!eval_need(call->ev, call->env, node_of(call, 0), ref1(call, 0), "a of trapezoid", &a) ||
+        !eval_need(call->ev, call->env, node_of(call, 1), ref1(call, 1), "b of trapezoid", &b)) {
+        return value_poison();
+    }
+    if (!(a >= 0 && b >= 0 && a + b <= 1)) {
+        return eval_error(call->ev, call->env, call->node, "they are parts of the whole",
+                          "trapezoid: 'a' and 'b' are at least 0 and together at most 1, these are "
+                          "%g and %g",
+                          a, b);
+    }
+    Dag *dag = dag_of(call);
+    Ref x = dag_input(dag, IN_X), one = dag_const(dag, 1), height = one;
+    if (a > 0) {
+        height = binary(dag, OP_MIN, height, binary(dag, OP_DIV, x, ref1(call, 0)));
+    }
+    if (b > 0) {
+        Ref left = binary(dag, OP_SUB, one, x);
+        height = binary(dag, OP_MIN, height, binary(dag, OP_DIV, left, ref1(call, 1)));
+    }
+    Closure *closure = ARENA_NEW(call->ev->arena, Closure);
+    *closure = (Closure){
+        .builtin = -1, .is_graph = true, .graph = binary(dag, OP_MAX, height, dag_const(dag, 0))};
+    return (Value){.type = VALUE_FUNCTION, .closure = closure};
+}
+
 // ---- Text, colors, materials
 
 static Value run_text(const BuiltinCall *call) {

@@ -8,6 +8,7 @@
 #include "lang/session.h"
 #include "render/film_file.h"
 #include "render/image.h"
+#include "render/shutter.h"
 
 typedef struct {
     uint64_t n_objects, n_triangles, n_vertices, n_spheres, n_planes;
@@ -51,6 +52,15 @@ static bool lights_have_size(const Scene *scene) {
     return false;
 }
 
+static bool has_lens(const CameraSettings *camera) {
+    double lens[4] = {1};
+    if (camera->lens && program_is_constant(camera->lens)) {
+        const double in[IN_COUNT] = {0};
+        program_run1(camera->lens, in, lens);
+    }
+    return camera->lens && lens[0] > 0;
+}
+
 static void print_left_out(const Scene *scene, const Counts *counts) {
     bool moves = counts->n_deforming || counts->n_moving;
     puts("left out:");
@@ -65,7 +75,9 @@ static void print_left_out(const Scene *scene, const Counts *counts) {
     if (!lights_have_size(scene)) {
         puts("  light samples no light of constant size has an extent but the sky");
     }
-    puts("  lens samples  the camera is a pinhole");
+    if (!has_lens(&scene->camera)) {
+        puts("  lens samples  the camera is a pinhole");
+    }
     if (scene->render.bounces == 0) {
         puts("  bounces       direct light only");
     }
@@ -80,6 +92,14 @@ static void print_scene(const Session *session) {
            film->fps, (long long)film->first_frame, (long long)film->last_frame);
     printf("shutter   open %g frame periods (%g s), from %+g\n", shutter->length,
            shutter->length / film->fps, shutter->open);
+    if (shutter->first_delay != 0 || shutter->last_delay != 0) {
+        printf("delayed   by %g to %g frame periods, from pixel to pixel\n", shutter->first_delay,
+               shutter->last_delay);
+    }
+    if (shutter->curve) {
+        printf("curve     of %u points, its integral right to %.1e\n", shutter->curve->n,
+               shutter->curve->error);
+    }
     printf("shapes    %u, placed as %llu objects; %u deform, %u move as bodies, %u have breaks\n",
            scene->n_shapes, (unsigned long long)counts.n_objects, counts.n_deforming,
            counts.n_moving, counts.n_breaks);

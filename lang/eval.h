@@ -24,14 +24,6 @@ enum {
     EVAL_MAX_STRING = 1 << 20, // bytes
 };
 
-// A function: the user's, with the scope that it was written in, or one of lang/builtins.def.
-struct Closure {
-    const Module *module;
-    Scope *scope;
-    NodeId node;     // NODE_FN
-    int32_t builtin; // index of the table, -1: the user's
-};
-
 // The batched loops around a place, inner to outer.
 typedef struct Loops {
     struct Loops *parent;

@@ -183,10 +183,22 @@ static Value call_closure(Eval *ev, const Env *env, NodeId node, const Closure *
     return value;
 }
 
+static Value apply_graph(Eval *ev, const Closure *closure, const Value *x, const Env *env,
+                         NodeId node) {
+    if (!value_is(x, VALUE_NUMBER)) {
+        return eval_error(ev, env, node, NULL, "this function takes a number, this is %s",
+                          value_describe(ev->arena, x));
+    }
+    return value_scalar(VALUE_NUMBER, dag_substitute(ev->dag, closure->graph, IN_X, x->ref[0]));
+}
+
 Value eval_apply(Eval *ev, const Closure *closure, const Symbol *names, const Value *values,
                  uint32_t n, const Env *env, NodeId node) {
     if (closure->builtin >= 0) {
         return builtins_apply(ev, closure->builtin, values, n, env, node);
+    }
+    if (closure->is_graph) {
+        return apply_graph(ev, closure, &values[0], env, node);
     }
     const Syntax *syntax = closure->module->syntax;
     const uint32_t *extra = syntax->extra + syntax_node(syntax, closure->node)->b;
@@ -238,6 +250,16 @@ static Value call_builtin(Eval *ev, const Env *env, NodeId node, int32_t builtin
     return is_bad ? value_poison() : builtins_call(ev, builtin, given, args.n, env, node);
 }
 
+static Value call_graph(Eval *ev, const Env *env, NodeId node, const Closure *closure,
+                        ExtraId args_id) {
+    Args args = args_of(env, args_id);
+    if (args.n != 1 || args.words[0]) {
+        return eval_error(ev, env, node, NULL, "this function takes 1 argument without a name");
+    }
+    Value x = eval_expr(ev, env, args.words[2]);
+    return value_is_poison(&x) ? x : apply_graph(ev, closure, &x, env, args.words[2]);
+}
+
 Value eval_call(Eval *ev, const Env *env, NodeId id) {
     const Node *call = syntax_node(env->module->syntax, id);
     const Node *callee = syntax_node(env->module->syntax, call->a);
@@ -259,6 +281,9 @@ Value eval_call(Eval *ev, const Env *env, NodeId id) {
     if (!value_is(&function, VALUE_FUNCTION)) {
         return eval_error(ev, env, call->a, NULL, "a function is expected before '(', this is %s",
                           value_describe(ev->arena, &function));
+    }
+    if (function.closure->is_graph) {
+        return call_graph(ev, env, id, function.closure, call->b);
     }
     return function.closure->builtin >= 0
                ? call_builtin(ev, env, id, function.closure->builtin, call->b)

@@ -232,7 +232,9 @@ Ref eval_equal(Eval *ev, const Value *a, const Value *b) {
     case VALUE_FUNCTION:
         return dag_const(ev->dag, a->closure->node == b->closure->node &&
                                       a->closure->scope == b->closure->scope &&
-                                      a->closure->builtin == b->closure->builtin);
+                                      a->closure->builtin == b->closure->builtin &&
+                                      a->closure->is_graph == b->closure->is_graph &&
+                                      a->closure->graph == b->closure->graph);
     default:
         return REF_NONE;
     }

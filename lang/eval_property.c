@@ -238,7 +238,8 @@ static bool check_function(Eval *ev, const Env *env, NodeId node, const Property
         return wrong_type(ev, env, node, info, value);
     }
     const Closure *closure = value->closure;
-    if (closure->builtin >= 0) {
+    const char *given = info->type == PROPERTY_TYPE_FUNCTION ? info->names : "x";
+    if (closure->builtin >= 0 || closure->is_graph) {
         return true;
     }
     const Syntax *syntax = closure->module->syntax;
@@ -247,9 +248,9 @@ static bool check_function(Eval *ev, const Env *env, NodeId node, const Property
     for (uint32_t i = 0; list && i < list->b; i++) {
         const uint32_t *words = syntax->extra + list->a + 3 * i;
         const char *name = symbol_text(ev->symbols, words[0]);
-        if (!words[2] && !schema_has_word(info->names, name)) {
+        if (!words[2] && !schema_has_word(given, name)) {
             eval_error_at(ev, syntax_word_span(syntax, words[1]),
-                          arena_printf(ev->arena, "it may take: %s", info->names),
+                          arena_printf(ev->arena, "it may take: %s", given),
                           "%s is not given a '%s'", info->name, name);
             return false;
         }
@@ -280,6 +281,8 @@ static bool check_value(Eval *ev, const Env *env, NodeId node, const PropertyInf
         return check_material(ev, env, node, info, value);
     case PROPERTY_TYPE_FUNCTION:
         return check_function(ev, env, node, info, value);
+    case PROPERTY_TYPE_WORD_OR_FUNCTION:
+        return value_is(value, VALUE_STRING) || check_function(ev, env, node, info, value);
     case PROPERTY_TYPE_LIST:
         return value_is(value, VALUE_LIST) || wrong_type(ev, env, node, info, value);
     default:
@@ -289,8 +292,14 @@ static bool check_value(Eval *ev, const Env *env, NodeId node, const PropertyInf
 
 // ---- Words
 
-static const char *word_near(Eval *ev, const char *words, const char *text) {
-    const char *names[32];
+static const char *choices(Eval *ev, const PropertyInfo *info) {
+    bool has_functions = info->type == PROPERTY_TYPE_WORD_OR_FUNCTION;
+    return arena_printf(ev->arena, "it is one of: %s%s", info->names,
+                        has_functions ? " trapezoid(a, b), or a function of x" : "");
+}
+
+static const char *word_near(Eval *ev, const PropertyInfo *info, const char *text) {
+    const char *names[32], *words = info->names;
     size_t n = 0;
     for (const char *at = words; *at && n < 32; at += *at == ' ') {
         size_t size = strcspn(at, " ");
@@ -298,8 +307,7 @@ static const char *word_near(Eval *ev, const char *words, const char *text) {
         at += size;
     }
     const char *near = diag_nearest(text, names, n);
-    return near ? arena_printf(ev->arena, "did you mean %s?", near)
-                : arena_printf(ev->arena, "it is one of: %s", words);
+    return near ? arena_printf(ev->arena, "did you mean %s?", near) : choices(ev, info);
 }
 
 // A bare word, or the same in quotes. A name that is none of the words may still be a value.
@@ -316,8 +324,8 @@ static bool read_word(Eval *ev, const Env *env, NodeId node, const PropertyInfo 
     }
     Scope *at = NULL;
     if (n->kind == NODE_STRING || !scope_find(env->scope, n->a, &at)) {
-        eval_error(ev, env, node, word_near(ev, info->names, text), "%s can not be '%s'",
-                   info->name, text);
+        eval_error(ev, env, node, word_near(ev, info, text), "%s can not be '%s'", info->name,
+                   text);
         *value = value_poison();
         return true;
     }
@@ -326,7 +334,7 @@ static bool read_word(Eval *ev, const Env *env, NodeId node, const PropertyInfo 
 
 static Value read_value(Eval *ev, const Env *env, NodeId node, const PropertyInfo *info) {
     Value value;
-    bool is_word = info->type == PROPERTY_TYPE_WORD || info->type == PROPERTY_TYPE_WORD_OR_NUMBER;
+    bool is_word = schema_takes_words(info);
     if (is_word && read_word(ev, env, node, info, &value)) {
         return value;
     }
@@ -343,14 +351,15 @@ static Value read_value(Eval *ev, const Env *env, NodeId node, const PropertyInf
         schema_has_word(info->names, symbol_text(ev->symbols, value.symbol))) {
         return value;
     }
+    if (info->type == PROPERTY_TYPE_WORD_OR_FUNCTION && value_is(&value, VALUE_FUNCTION)) {
+        return value;
+    }
     bool is_number = info->type == PROPERTY_TYPE_WORD_OR_NUMBER && value_is(&value, VALUE_NUMBER);
     if (!is_number || !check_scalars(ev, env, node, info, value.ref, 1, 0)) {
-        return is_number
-                   ? value_poison()
-                   : eval_error(ev, env, node,
-                                arena_printf(ev->arena, "it is one of: %s", info->names),
-                                "%s is %s, this is %s", info->name, schema_property_type_text(info),
-                                value_describe(ev->arena, &value));
+        return is_number ? value_poison()
+                         : eval_error(ev, env, node, choices(ev, info), "%s is %s, this is %s",
+                                      info->name, schema_property_type_text(info),
+                                      value_describe(ev->arena, &value));
     }
     return value;
 }
@@ -379,7 +388,8 @@ static void unknown_property(Eval *ev, const Env *env, const Object *object, Nod
 
 bool property_is_function(const Object *object, const char *name) {
     PropertyId id = schema_property(object->kind, name);
-    return id != PROPERTY_COUNT && property_infos[id].type == PROPERTY_TYPE_FUNCTION;
+    PropertyType type = id == PROPERTY_COUNT ? PROPERTY_TYPE_ANY : property_infos[id].type;
+    return type == PROPERTY_TYPE_FUNCTION || type == PROPERTY_TYPE_WORD_OR_FUNCTION;
 }
 
 // A parameter of a def, set in the block of its copy.

@@ -493,8 +493,7 @@ Value eval_default(Eval *ev, PropertyId id) {
         return loader->defaults[id];
     }
     Value value = value_poison();
-    bool is_word = info->type == PROPERTY_TYPE_WORD || info->type == PROPERTY_TYPE_WORD_OR_NUMBER;
-    if (is_word && schema_has_word(info->names, info->default_text)) {
+    if (schema_takes_words(info) && schema_has_word(info->names, info->default_text)) {
         value = (Value){.type = VALUE_STRING,
                         .symbol =
                             symbol_of(ev->symbols, info->default_text, strlen(info->default_text))};

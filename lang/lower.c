@@ -242,6 +242,15 @@ bool lower_scalar(Eval *ev, const Object *object, PropertyId id, Ref *ref) {
     return value.n == 1 && value_is_numeric(&value);
 }
 
+double lower_known(Eval *ev, const Object *object, PropertyId id) {
+    Value value = object_value(ev, object, id);
+    double x = 0;
+    if (value.n >= 1 && value_is_numeric(&value)) {
+        dag_is_const(ev->dag, value.ref[0], &x);
+    }
+    return x;
+}
+
 const Program *lower_visible(Eval *ev, const Place *place) {
     double x;
     bool is_always = dag_is_const(ev->dag, place->visible, &x) && x != 0;
@@ -268,8 +277,10 @@ static void check_data(Eval *ev) {
     const Lowering *l = ev->lowering;
     const FilmSettings *film = &l->scene->film;
     const ShutterSettings *shutter = &l->scene->shutter;
-    double first = ((double)(film->first_frame - 1) + shutter->open) / film->fps;
-    double last = ((double)(film->last_frame - 1) + shutter->open + shutter->length) / film->fps;
+    double open = shutter->open + shutter->first_delay;
+    double close = shutter->open + shutter->length + shutter->last_delay;
+    double first = ((double)(film->first_frame - 1) + open) / film->fps;
+    double last = ((double)(film->last_frame - 1) + close) / film->fps;
     for (size_t i = 0; i < l->n_data; i++) {
         const SampledData *data = &l->data[i];
         if (first < data->first - 1 / film->fps || last > data->last + 1 / film->fps) {
@@ -384,7 +395,8 @@ static void apply_overrides(Lowering *l) {
         film->last_frame = o->last_frame;
     }
     if (o->has_shutter) {
-        l->scene->shutter = lowering_shutter(film->fps, o->shutter_is_angle, o->shutter, l->phase);
+        lowering_set_shutter(&l->scene->shutter, film->fps, o->shutter_is_angle, o->shutter,
+                             l->phase);
     }
 }
 
@@ -393,6 +405,7 @@ Scene *lowering_finish(Eval *ev, const Hash128 *sources) {
     Scene *scene = l->scene;
     add_defaults(ev);
     apply_overrides(l);
+    lower_delays(ev);
     check_data(ev);
     keep_used_materials(l);
     if (l->n_shapes == 0) {

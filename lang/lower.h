@@ -61,9 +61,10 @@ void lowering_override(Eval *ev, const Overrides *overrides);
 // The scene, default things added where there are none. sources: of all text that it came from.
 Scene *lowering_finish(Eval *ev, const Hash128 *sources);
 
-// The shutter that an angle (of a frame's 360deg) or a time gives; phase: the part of it that lies
-// before the frame's beginning.
-ShutterSettings lowering_shutter(double fps, bool is_angle, double length, double phase);
+// Sets length and open from an angle (of a frame's 360deg) or a time; phase: the part of it that
+// lies before the frame's beginning.
+void lowering_set_shutter(ShutterSettings *shutter, double fps, bool is_angle, double length,
+                          double phase);
 
 // A mesh read from a file: part of the scene's hash.
 void lower_hash_mesh(Eval *ev, const Mesh *mesh);

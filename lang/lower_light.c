@@ -31,34 +31,109 @@ static void check_directions(Eval *ev, const Object *object, const Ref *refs) {
     }
 }
 
+static CameraKind camera_kind(Eval *ev, const Object *object) {
+    Value kind = object_value(ev, object, PROPERTY_CAMERA_KIND);
+    const char *word = value_is(&kind, VALUE_STRING) ? symbol_text(ev->symbols, kind.symbol) : "";
+    return strcmp(word, "orthographic") == 0 ? CAMERA_ORTHOGRAPHIC
+           : strcmp(word, "spherical") == 0  ? CAMERA_SPHERICAL
+                                             : CAMERA_PERSPECTIVE;
+}
+
+// What frames a part of all directions has no say where all are seen.
+static bool check_spherical(Eval *ev, const Object *object, CameraKind kind) {
+    static const PropertyId framing[] = {PROPERTY_CAMERA_FOV, PROPERTY_CAMERA_SHIFT};
+    for (int i = 0; i < 2 && kind == CAMERA_SPHERICAL; i++) {
+        const Given *given = object_given(object, framing[i]);
+        if (given) {
+            eval_error_at(ev, given->name, "its middle looks at to",
+                          "a spherical camera sees all directions, it has no %s",
+                          property_infos[framing[i]].name);
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool check_blades(Eval *ev, const Object *object) {
+    double n = lower_known(ev, object, PROPERTY_CAMERA_BLADES);
+    if (n == 1 || n == 2) {
+        eval_error_at(ev, object_given(object, PROPERTY_CAMERA_BLADES)->where,
+                      "with blades = 0 it is round",
+                      "an aperture has at least 3 blades, this is %g", n);
+        return false;
+    }
+    return true;
+}
+
+// camera: from and to, in the world. *lens: NULL for a pinhole that is not shifted. False:
+// reported.
+static bool lower_lens(Eval *ev, const Object *object, const Ref camera[6], const Program **lens) {
+    Dag *dag = ev->dag;
+    Ref refs[4], square = dag_const(dag, 0);
+    Value shift = object_value(ev, object, PROPERTY_CAMERA_SHIFT);
+    double x[4] = {1, 0, 1, 1};
+    if (!lower_scalar(ev, object, PROPERTY_CAMERA_APERTURE, &refs[0]) || shift.n != 2) {
+        return false;
+    }
+    refs[2] = shift.ref[0];
+    refs[3] = shift.ref[1];
+    for (int i = 0; i < 4; i++) {
+        if (i != 1) {
+            dag_is_const(dag, refs[i], &x[i]);
+        }
+    }
+    *lens = NULL;
+    if (x[0] == 0 && x[2] == 0 && x[3] == 0) {
+        return true;
+    }
+    if (x[0] == 0) { // with no lens, where it focuses is nobody's concern
+        refs[1] = dag_const(dag, 1);
+    } else if (object_given(object, PROPERTY_CAMERA_FOCUS)) {
+        if (!lower_scalar(ev, object, PROPERTY_CAMERA_FOCUS, &refs[1])) {
+            return false;
+        }
+    } else {
+        for (int i = 0; i < 3; i++) {
+            Ref along = dag_op(dag, OP_SUB, camera[3 + i], camera[i], REF_NONE);
+            square =
+                dag_op(dag, OP_ADD, square, dag_op(dag, OP_MUL, along, along, REF_NONE), REF_NONE);
+        }
+        refs[1] = dag_op(dag, OP_SQRT, square, REF_NONE, REF_NONE);
+    }
+    *lens = lower_program(ev, refs, 4);
+    return true;
+}
+
 void lower_camera(Eval *ev, const Object *object, const Place *place) {
     Lowering *l = ev->lowering;
     if (!lower_once(ev, &l->camera, object)) {
         return;
     }
-    Value kind = object_value(ev, object, PROPERTY_CAMERA_KIND);
-    const char *word = value_is(&kind, VALUE_STRING) ? symbol_text(ev->symbols, kind.symbol) : "";
-    if (strcmp(word, "spherical") == 0) {
-        eval_error_at(ev, object_given(object, PROPERTY_CAMERA_KIND)->where, NULL,
-                      "not supported yet: a spherical camera");
-        return;
-    }
+    CameraKind kind = camera_kind(ev, object);
+    const Program *lens;
     Ref refs[10];
     Ref3 from, to, up;
     uint32_t n = 0;
     if (!lower_vec3(ev, object, PROPERTY_CAMERA_FROM, &from) ||
         !lower_vec3(ev, object, PROPERTY_CAMERA_TO, &to) ||
         !lower_vec3(ev, object, PROPERTY_CAMERA_UP, &up) ||
-        !lower_scalar(ev, object, PROPERTY_CAMERA_FOV, &refs[9])) {
+        !lower_scalar(ev, object, PROPERTY_CAMERA_FOV, &refs[9]) ||
+        !check_spherical(ev, object, kind) || !check_blades(ev, object)) {
         return;
     }
     append3(refs, &n, placed_point(ev, place, from));
     append3(refs, &n, placed_point(ev, place, to));
     append3(refs, &n, placed_vector(ev, place, up));
     check_directions(ev, object, refs);
-    l->scene->camera = (CameraSettings){
-        strcmp(word, "orthographic") == 0 ? CAMERA_ORTHOGRAPHIC : CAMERA_PERSPECTIVE,
-        lower_program(ev, refs, 10), false, scene_source_ref(object->where)};
+    if (lower_lens(ev, object, refs, &lens)) {
+        l->scene->camera = (CameraSettings){
+            .kind = kind,
+            .program = lower_program(ev, refs, 10),
+            .lens = lens,
+            .blades = (uint32_t)lower_known(ev, object, PROPERTY_CAMERA_BLADES),
+            .where = scene_source_ref(object->where),
+        };
+    }
 }
 
 static void add_light(Eval *ev, LightKind kind, const Object *object, const Place *place,

@@ -80,6 +80,7 @@ struct Lowering {
     uint32_t n_counted, n_objects; // shapes, and the objects that they are
     Source film, shutter, render, camera, sky;
     double phase; // of the shutter
+    Span delay;   // where it says so
     Overrides overrides;
     const Mesh *unit_box, *unit_quad; // shared by all boxes and quads
     CachedSurface *surfaces;          // a power of two of slots
@@ -98,6 +99,9 @@ bool lower_once(Eval *ev, Source *source, const Object *object);
 // A property's components; false: there was a mistake.
 bool lower_vec3(Eval *ev, const Object *object, PropertyId id, Ref3 *v);
 bool lower_scalar(Eval *ev, const Object *object, PropertyId id, Ref *ref);
+
+// The first component of a FIXED property; 0: not given and without a default, or a mistake.
+double lower_known(Eval *ev, const Object *object, PropertyId id);
 
 // A program with these outputs; the same graphs give the same program.
 const Program *lower_program(Eval *ev, const Ref *refs, uint32_t n);
@@ -121,6 +125,8 @@ Shape *lower_new_shape(Eval *ev);
 // lang/lower_settings.c
 void lower_film(Eval *ev, const Object *object);
 void lower_shutter(Eval *ev, const Object *object);
+// Delays of all pixels, once the film's size is certain.
+void lower_delays(Eval *ev);
 void lower_render(Eval *ev, const Object *object);
 
 // lang/lower_light.c

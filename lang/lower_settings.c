@@ -1,18 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lowering of what describes the picture: film, shutter, render.
 #include "lang/lower_parts.h"
+#include "render/shutter.h"
 
 #include <math.h>
 #include <string.h>
-
-static double known(Eval *ev, const Object *object, PropertyId id) {
-    Value value = object_value(ev, object, id);
-    double x = 0;
-    if (value.n >= 1 && value_is_numeric(&value)) {
-        dag_is_const(ev->dag, value.ref[0], &x);
-    }
-    return x;
-}
 
 static bool is_given(const Object *object, PropertyId id) {
     const Given *given = object_given(object, id);
@@ -36,7 +28,7 @@ bool lowered_film(Eval *ev, const Module *module, NodeId statement) {
 }
 
 void lower_fps(Eval *ev, const Object *film) {
-    double fps = known(ev, film, PROPERTY_FILM_FPS);
+    double fps = lower_known(ev, film, PROPERTY_FILM_FPS);
     double override = ev->lowering->overrides.fps;
     ev->fps = override > 0 ? override : fps > 0 ? fps : 24;
 }
@@ -94,8 +86,8 @@ void lower_film(Eval *ev, const Object *object) {
     lower_film_size(ev, object, film);
     lower_frames(ev, object, film);
     film->fps = ev->fps;
-    film->transparent = known(ev, object, PROPERTY_FILM_TRANSPARENT) != 0;
-    film->exposure = known(ev, object, PROPERTY_FILM_EXPOSURE);
+    film->transparent = lower_known(ev, object, PROPERTY_FILM_TRANSPARENT) != 0;
+    film->exposure = lower_known(ev, object, PROPERTY_FILM_EXPOSURE);
     const Given *out = object_given(object, PROPERTY_FILM_OUT);
     if (out && value_is(&out->value, VALUE_STRING)) {
         const char *path = symbol_text(ev->symbols, out->value.symbol);
@@ -107,10 +99,11 @@ void lower_film(Eval *ev, const Object *object) {
     }
 }
 
-ShutterSettings lowering_shutter(double fps, bool is_angle, double length, double phase) {
+void lowering_set_shutter(ShutterSettings *shutter, double fps, bool is_angle, double length,
+                          double phase) {
     // A turn is 2 pi in doubles too, so 360deg is exactly a frame and 180deg half of one.
-    double frames = is_angle ? length / 6.283185307179586 : length * fps;
-    return (ShutterSettings){.length = frames, .open = phase == 0 ? 0 : -phase * frames};
+    shutter->length = is_angle ? length / 6.283185307179586 : length * fps;
+    shutter->open = phase == 0 ? 0 : -phase * shutter->length;
 }
 
 static double lower_phase(Eval *ev, const Object *object) {
@@ -124,6 +117,127 @@ static double lower_phase(Eval *ev, const Object *object) {
         dag_is_const(ev->dag, phase.ref[0], &x);
     }
     return x;
+}
+
+// What a function of the shutter gives: a number that depends on these inputs alone. NULL:
+// reported.
+static const Program *function_program(Eval *ev, const Given *given, const char *const *names,
+                                       const Input *inputs, uint32_t n) {
+    Symbol symbols[2];
+    Value values[2];
+    uint32_t allowed = 0;
+    const char *name = property_infos[given->id].name;
+    for (uint32_t i = 0; i < n; i++) {
+        symbols[i] = symbol_of(ev->symbols, names[i], strlen(names[i]));
+        values[i] = value_scalar(VALUE_NUMBER, dag_input(ev->dag, inputs[i]));
+        allowed |= 1u << inputs[i];
+    }
+    Value value =
+        eval_apply(ev, given->value.closure, symbols, values, n, &given->env, given->node);
+    if (value_is_poison(&value)) {
+        return NULL;
+    }
+    Dimension wanted = property_infos[given->id].dimension;
+    if (!value_is(&value, VALUE_NUMBER) || (value.dimension && value.dimension != wanted)) {
+        eval_error_at(ev, given->name, NULL, "%s gives %s, this is %s", name,
+                      wanted ? dimension_names[wanted] : "a number",
+                      value_describe(ev->arena, &value));
+        return NULL;
+    }
+    uint32_t read = dag_inputs(ev->dag, value.ref[0]) & ~allowed;
+    if (read) {
+        eval_error_at(ev, given->name, NULL, "%s can not depend on %s", name,
+                      eval_input_name(read));
+        return NULL;
+    }
+    return lower_program(ev, value.ref, 1);
+}
+
+static void report_curve(Eval *ev, const Given *given, const CurveReport *report) {
+    switch (report->trouble) {
+    case CURVE_NOT_FINITE:
+        eval_error_at(ev, given->name, NULL, "curve is not a finite number at x = %.6g",
+                      report->at);
+        break;
+    case CURVE_NEGATIVE:
+        eval_error_at(ev, given->name, "light can not be taken back: max(..., 0) cuts it off",
+                      "curve is at least 0, this is %.6g at x = %.6g", report->value, report->at);
+        break;
+    case CURVE_ZERO:
+        eval_error_at(ev, given->name, "its values are weights, of any size",
+                      "curve is 0 everywhere: no light would fall on the film");
+        break;
+    default:
+        eval_error_at(ev, given->name, "make it smoother",
+                      "curve changes too fast: %.2g of the light would come at a wrong instant",
+                      report->value);
+    }
+}
+
+// NULL: a box.
+static const ShutterCurve *lower_curve(Eval *ev, const Object *object) {
+    static const char *const names[] = {"x"};
+    static const Input inputs[] = {IN_X};
+    const Given *given = object_given(object, PROPERTY_SHUTTER_CURVE);
+    const Program *program = NULL;
+    if (given && value_is(&given->value, VALUE_STRING)) {
+        if (strcmp(symbol_text(ev->symbols, given->value.symbol), "cosine") == 0) {
+            Ref angle = dag_op(ev->dag, OP_MUL, dag_input(ev->dag, IN_X),
+                               dag_const(ev->dag, 3.141592653589793), REF_NONE);
+            Ref sine = dag_op(ev->dag, OP_SIN, angle, REF_NONE, REF_NONE);
+            program = lower_program(ev, &sine, 1);
+        }
+    } else if (given && value_is(&given->value, VALUE_FUNCTION)) {
+        program = function_program(ev, given, names, inputs, 1);
+    }
+    if (!program) {
+        return NULL;
+    }
+    CurveReport report;
+    const ShutterCurve *curve = shutter_curve_new(ev->lowering->arena, program, &report);
+    if (!curve) {
+        report_curve(ev, given, &report);
+    }
+    return curve;
+}
+
+static void lower_roll(Eval *ev, const Object *object, ShutterSettings *shutter) {
+    static const char *const words[] = {"none", "down", "up", "left", "right"};
+    Value roll = object_value(ev, object, PROPERTY_SHUTTER_ROLL);
+    const char *word = value_is(&roll, VALUE_STRING) ? symbol_text(ev->symbols, roll.symbol) : "";
+    for (int i = ROLL_NONE; i <= ROLL_RIGHT; i++) {
+        shutter->roll = strcmp(word, words[i]) == 0 ? (RollKind)i : shutter->roll;
+    }
+    shutter->readout = lower_known(ev, object, PROPERTY_SHUTTER_READOUT) * ev->fps;
+    const Given *given_roll = object_given(object, PROPERTY_SHUTTER_ROLL);
+    const Given *readout = object_given(object, PROPERTY_SHUTTER_READOUT);
+    if (readout && !given_roll) {
+        eval_error_at(ev, readout->name, "write roll = down, up, left or right",
+                      "readout is of a shutter that rolls, this one does not");
+    } else if (shutter->roll != ROLL_NONE && !readout) {
+        eval_error_at(ev, given_roll->name, "write readout = 10ms",
+                      "a shutter that rolls needs 'readout'");
+    }
+}
+
+static void lower_delay(Eval *ev, const Object *object, ShutterSettings *shutter) {
+    static const char *const names[] = {"u", "v"};
+    static const Input inputs[] = {IN_U, IN_V};
+    const Given *given = object_given(object, PROPERTY_SHUTTER_DELAY);
+    if (given && value_is(&given->value, VALUE_FUNCTION)) {
+        shutter->delay = function_program(ev, given, names, inputs, 2);
+        ev->lowering->delay = given->name;
+    }
+}
+
+void lower_delays(Eval *ev) {
+    const FilmSettings *film = &ev->lowering->scene->film;
+    uint32_t x = 0, y = 0;
+    if (!shutter_find_delays(&ev->lowering->scene->shutter, film, &x, &y)) {
+        eval_error_at(ev, ev->lowering->delay, NULL,
+                      "delay is not finite, or more than 1e15 frames, at u = %.6g, v = %.6g",
+                      (x + 0.5) / film->width, (y + 0.5) / film->height);
+    }
 }
 
 void lower_shutter(Eval *ev, const Object *object) {
@@ -140,8 +254,12 @@ void lower_shutter(Eval *ev, const Object *object) {
         return;
     }
     l->phase = lower_phase(ev, object);
-    double x = known(ev, object, length ? PROPERTY_SHUTTER_LENGTH : PROPERTY_SHUTTER_ANGLE);
-    l->scene->shutter = lowering_shutter(ev->fps, !length, x, l->phase);
+    double x = lower_known(ev, object, length ? PROPERTY_SHUTTER_LENGTH : PROPERTY_SHUTTER_ANGLE);
+    ShutterSettings *shutter = &l->scene->shutter;
+    lowering_set_shutter(shutter, ev->fps, !length, x, l->phase);
+    shutter->curve = lower_curve(ev, object);
+    lower_roll(ev, object, shutter);
+    lower_delay(ev, object, shutter);
     bool is_wrong = (angle && !is_given(object, PROPERTY_SHUTTER_ANGLE)) ||
                     (length && !is_given(object, PROPERTY_SHUTTER_LENGTH)); // reported
     if (x == 0 && !is_wrong && !l->overrides.has_shutter) {
@@ -156,12 +274,12 @@ void lower_render(Eval *ev, const Object *object) {
         return;
     }
     RenderSettings *render = &l->scene->render;
-    render->bounces = (uint32_t)known(ev, object, PROPERTY_RENDER_BOUNCES);
+    render->bounces = (uint32_t)lower_known(ev, object, PROPERTY_RENDER_BOUNCES);
     render->spp = is_given(object, PROPERTY_RENDER_SPP)
-                      ? (uint32_t)known(ev, object, PROPERTY_RENDER_SPP)
+                      ? (uint32_t)lower_known(ev, object, PROPERTY_RENDER_SPP)
                       : 0;
-    render->seed = (uint64_t)known(ev, object, PROPERTY_RENDER_SEED);
-    render->freeze = known(ev, object, PROPERTY_RENDER_FREEZE) != 0;
+    render->seed = (uint64_t)lower_known(ev, object, PROPERTY_RENDER_SEED);
+    render->freeze = lower_known(ev, object, PROPERTY_RENDER_FREEZE) != 0;
 }
 
 Value lower_film_member(Eval *ev, const Env *env, NodeId node, const char *member) {

@@ -160,6 +160,11 @@ bool schema_has_word(const char *words, const char *word) {
     return false;
 }
 
+bool schema_takes_words(const PropertyInfo *property) {
+    return property->type == PROPERTY_TYPE_WORD || property->type == PROPERTY_TYPE_WORD_OR_NUMBER ||
+           property->type == PROPERTY_TYPE_WORD_OR_FUNCTION;
+}
+
 const char *schema_property_type_text(const PropertyInfo *property) {
     static const char *const texts[] = {
         [PROPERTY_TYPE_NUMBER] = "a number",
@@ -176,6 +181,7 @@ const char *schema_property_type_text(const PropertyInfo *property) {
         [PROPERTY_TYPE_LIST] = "a list",
         [PROPERTY_TYPE_WORD] = "a word",
         [PROPERTY_TYPE_WORD_OR_NUMBER] = "a word or a number",
+        [PROPERTY_TYPE_WORD_OR_FUNCTION] = "a word or a function",
         [PROPERTY_TYPE_ANY] = "a value",
     };
     return property->type == PROPERTY_TYPE_NUMBER && property->dimension

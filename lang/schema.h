@@ -47,6 +47,7 @@ typedef enum {
     PROPERTY_TYPE_LIST,
     PROPERTY_TYPE_WORD, // one of a few bare words; its value is a string
     PROPERTY_TYPE_WORD_OR_NUMBER,
+    PROPERTY_TYPE_WORD_OR_FUNCTION, // the function is one of x
     PROPERTY_TYPE_ANY
 } PropertyType;
 
@@ -106,6 +107,9 @@ const char *schema_foreign_word(const char *node, const char *name);
 
 // Whether `word` is among the words of a list separated by spaces.
 bool schema_has_word(const char *words, const char *word);
+
+// Whether its value may be one of `names` as a bare word.
+bool schema_takes_words(const PropertyInfo *property);
 
 const char *schema_property_type_text(const PropertyInfo *property); // "an angle", "a length"
 

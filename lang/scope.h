@@ -69,4 +69,15 @@ Binding *scope_find(Scope *scope, Symbol name, Scope **at);
 // Names in reach, the innermost first, for did-you-mean: at most max, their number is returned.
 size_t scope_names(const Scope *scope, const Symbols *symbols, const char **names, size_t max);
 
+// A function: the user's, with the scope that it was written in, one of lang/builtins.def, or one
+// of a number that such a one has made, as a graph.
+struct Closure {
+    const Module *module;
+    Scope *scope;
+    NodeId node;     // NODE_FN
+    int32_t builtin; // index of the table, -1: the user's, or a graph
+    bool is_graph;
+    Ref graph; // in which IN_X is the argument
+};
+
 #endif

@@ -34,7 +34,7 @@ typedef enum {
 } ValueType;
 
 typedef struct Value Value;
-typedef struct Closure Closure; // lang/eval.h
+typedef struct Closure Closure; // lang/scope.h
 
 typedef struct {
     uint32_t n, inputs; // inputs: that its items read

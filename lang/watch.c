@@ -64,8 +64,10 @@ typedef struct {
 
 static FilmTime film_time(Arena *arena, const Scene *scene) {
     const FilmSettings *film = &scene->film;
-    double first = (double)(film->first_frame - 1) + scene->shutter.open;
-    double last = (double)(film->last_frame - 1) + scene->shutter.open + scene->shutter.length;
+    const ShutterSettings *shutter = &scene->shutter;
+    double first = (double)(film->first_frame - 1) + shutter->open + shutter->first_delay;
+    double close = shutter->open + shutter->length + shutter->last_delay;
+    double last = (double)(film->last_frame - 1) + close;
     FilmTime time = {.from = first / film->fps, .to = last / film->fps};
     double wanted = ceil((last - first) * PER_FRAME) + 1;
     time.n = wanted < INSTANTS ? (size_t)wanted : INSTANTS;

@@ -151,13 +151,21 @@ static const Phrase dimension_phrases[] = {
 };
 
 static const Phrase type_phrases[] = {
-    {"NUMBER", "a number"},     {"COUNT", "a whole number"},
-    {"ANGLE", "an angle"},      {"BOOL", "true or false"},
-    {"STRING", "a string"},     {"VEC2", "a vector of two"},
-    {"VEC3", "a vector"},       {"COLOR", "a color"},
-    {"RANGE", "a range"},       {"MATERIAL", "a material"},
-    {"FUNCTION", "a function"}, {"LIST", "a list"},
-    {"WORD", "a word"},         {"WORD_OR_NUMBER", "a word or a number"},
+    {"NUMBER", "a number"},
+    {"COUNT", "a whole number"},
+    {"ANGLE", "an angle"},
+    {"BOOL", "true or false"},
+    {"STRING", "a string"},
+    {"VEC2", "a vector of two"},
+    {"VEC3", "a vector"},
+    {"COLOR", "a color"},
+    {"RANGE", "a range"},
+    {"MATERIAL", "a material"},
+    {"FUNCTION", "a function"},
+    {"LIST", "a list"},
+    {"WORD", "a word"},
+    {"WORD_OR_NUMBER", "a word or a number"},
+    {"WORD_OR_FUNCTION", "a word or a function"},
     {NULL, "a value"},
 };
 

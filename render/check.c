@@ -68,7 +68,11 @@ static double pixels_between(const Moment m[2], Vec3 a, Vec3 b) {
     }
     if (camera_project(&m[0].camera, a, &ax, &ay, &scale) &&
         camera_project(&m[1].camera, b, &bx, &by, &scale)) {
-        return hypot(bx - ax, by - ay);
+        double across = bx - ax;
+        if (m[0].camera.kind == CAMERA_SPHERICAL) { // the short way around
+            across -= m[0].camera.width * rint(across / m[0].camera.width);
+        }
+        return hypot(across, by - ay);
     }
     return vec3_length(vec3_sub(b, a)) * sample_pixels(&m[1].camera, b);
 }

@@ -45,8 +45,9 @@ static void report_troubles(Run *run) {
     const Scene *scene = &run->scene;
     if (is_new(run->troubles.camera, &run->reported.camera)) {
         warn_not_finite(run, scene->camera.where,
-                        "the camera is not finite, or looks at where it stands, at some instant; "
-                        "it sees nothing then");
+                        "at some instant the camera is not finite, looks at where it stands, or "
+                        "has an aperture below 0 or a focus that is not above it; it sees nothing "
+                        "then");
     }
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         if (is_new(run->troubles.lights[i], &run->reported.lights[i])) {

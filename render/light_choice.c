@@ -158,7 +158,10 @@ static void bound_all(Work *w, LightChoice *choice, uint32_t first_emitter) {
     uint32_t n = in->moves ? INSTANTS : 1;
     for (uint32_t k = 0; k < n; k++) {
         double u = n > 1 ? (double)k / (n - 1) : 0.5;
-        Instant at = shutter_instant(&in->scene->shutter, in->frame, u);
+        // Over all that any pixel sees.
+        const ShutterSettings *shutter = &in->scene->shutter;
+        double delay = shutter->first_delay + u * (shutter->last_delay - shutter->first_delay);
+        Instant at = shutter_instant(shutter, in->frame, delay, u);
         double seconds = instant_seconds(at, in->scene->film.fps);
         world_view_time(view, at);
         bound_lights(w, choice, seconds);

@@ -19,6 +19,10 @@ static bool shape_is_moving(const Shape *shape) {
            reads_time(shape->transform) || reads_time(shape->visible);
 }
 
+static bool camera_is_moving(const CameraSettings *camera) {
+    return reads_time(camera->program) || reads_time(camera->lens);
+}
+
 static bool lights_are_moving(const Scene *scene) {
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         if (light_is_moving(&scene->lights[i])) {
@@ -39,7 +43,7 @@ bool path_scene_is_moving(const Scene *scene) {
             return true;
         }
     }
-    return reads_time(scene->camera.program) || lights_are_moving(scene);
+    return camera_is_moving(&scene->camera) || lights_are_moving(scene);
 }
 
 // Whether a material gives light somewhere at some time.
@@ -52,8 +56,10 @@ static bool may_glow(const PathScene *paths, uint32_t material) {
 void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
     *paths = (PathScene){.scene = scene, .lights_move = lights_are_moving(scene)};
     filter_init(&paths->filter, scene->film.filter);
-    paths->camera_moves = reads_time(scene->camera.program);
-    paths->draws_time = !shutter_is_instant(&scene->shutter) && path_scene_is_moving(scene);
+    paths->camera_moves = camera_is_moving(&scene->camera);
+    bool moves = path_scene_is_moving(scene);
+    paths->draws_time = moves && !shutter_is_instant(&scene->shutter);
+    paths->is_delayed = moves && shutter_is_delayed(&scene->shutter);
     paths->material = arena_array(arena, scene->n_materials, sizeof *paths->material);
     paths->material_is_constant = ARENA_ARRAY(arena, scene->n_materials, bool);
     paths->glows = ARENA_ARRAY(arena, scene->n_materials, bool);
@@ -95,16 +101,26 @@ void path_tracer_init(PathTracer *tracer, Arena *arena, const PathScene *paths, 
     tracer->lights.only_far = paths->choice.draws_lights;
     tracer->troubles.lights = ARENA_ARRAY(arena, scene->n_lights, bool);
     tracer->troubles.materials = ARENA_ARRAY(arena, scene->n_materials, bool);
-    Instant middle = shutter_instant(&scene->shutter, frame, 0.5);
+    tracer->delay = shutter_delay(&scene->shutter, &scene->film, 0, 0);
+    Instant middle = shutter_instant(&scene->shutter, frame, tracer->delay, 0.5);
     tracer->seconds = instant_seconds(middle, scene->film.fps);
     world_view_time(view, middle);
     evaluate_camera(tracer);
     evaluate_lights(tracer);
 }
 
-static void set_time(PathTracer *tracer, double u) {
+static void set_pixel(PathTracer *tracer, uint32_t x, uint32_t y) {
     const Scene *scene = tracer->paths->scene;
-    Instant at = shutter_instant(&scene->shutter, tracer->frame, u);
+    if (tracer->paths->is_delayed && (tracer->x != x || tracer->y != y)) {
+        tracer->delay = shutter_delay(&scene->shutter, &scene->film, x, y);
+    }
+    tracer->x = x;
+    tracer->y = y;
+}
+
+static void set_time(PathTracer *tracer, double fraction) {
+    const Scene *scene = tracer->paths->scene;
+    Instant at = shutter_instant(&scene->shutter, tracer->frame, tracer->delay, fraction);
     tracer->seconds = instant_seconds(at, scene->film.fps);
     world_view_time(tracer->view, at);
     if (tracer->paths->camera_moves) {
@@ -305,8 +321,7 @@ static void trace_path(PathTracer *tracer, Path *path, FilmSample *sample) {
         if (path->depth == 0) {
             sample->alpha = is_hit || !scene->film.transparent;
             if (is_hit) {
-                Vec3 seen = vec3_sub(vertex.point.P, tracer->camera.from);
-                sample->depth = vec3_dot(seen, tracer->camera.forward);
+                sample->depth = camera_depth(&tracer->camera, vertex.point.P);
                 sample->normal = vertex.N;
             }
         }
@@ -317,22 +332,41 @@ static void trace_path(PathTracer *tracer, Path *path, FilmSample *sample) {
     }
 }
 
+// The ray of the sample that has these numbers within its pixel.
+static void start_path(PathTracer *tracer, Path *path, uint32_t x, uint32_t y,
+                       const double u[SAMPLE_DIMENSIONS]) {
+    const Filter *filter = &tracer->paths->filter;
+    const Camera *camera = &tracer->camera;
+    double px = x + 0.5 + filter_offset(filter, u[SAMPLE_X]);
+    double py = y + 0.5 + filter_offset(filter, u[SAMPLE_Y]);
+    tracer->counters.camera_rays++;
+    if (!(camera->radius > 0)) {
+        camera_ray(camera, px, py, &path->origin, &path->dir);
+        return;
+    }
+    double lens[SAMPLE_DIMENSIONS];
+    sampler_draw(path->sampler, path->index, SAMPLE_SET_LENS, lens);
+    tracer->counters.lens_samples++;
+    camera_lens_ray(camera, px, py, lens[0], lens[1], &path->origin, &path->dir);
+}
+
 void path_trace(PathTracer *tracer, const Sampler *sampler, uint32_t x, uint32_t y, uint32_t index,
                 Film *film) {
     const PathScene *paths = tracer->paths;
     double u[SAMPLE_DIMENSIONS], time = 0.5;
     sampler_draw(sampler, index, SAMPLE_SET_PIXEL, u);
+    set_pixel(tracer, x, y);
     if (paths->draws_time) {
-        time = u[SAMPLE_TIME];
+        time = shutter_fraction(&paths->scene->shutter, u[SAMPLE_TIME]);
         tracer->counters.time_samples++;
+    }
+    if (paths->draws_time || paths->is_delayed) {
         set_time(tracer, time);
     }
     FilmSample sample = {.depth = INFINITY};
     if (tracer->camera.is_valid) {
         Path path = {.sampler = sampler, .index = index, .weight = {1, 1, 1}};
-        camera_ray(&tracer->camera, x + 0.5 + filter_offset(&paths->filter, u[SAMPLE_X]),
-                   y + 0.5 + filter_offset(&paths->filter, u[SAMPLE_Y]), &path.origin, &path.dir);
-        tracer->counters.camera_rays++;
+        start_path(tracer, &path, x, y, u);
         trace_path(tracer, &path, &sample);
         memcpy(sample.color, path.color, sizeof sample.color);
     }

@@ -32,6 +32,7 @@ typedef struct {
     double (*material)[BSDF_MAX_OUT]; // outputs of constant material programs
     bool *material_is_constant;
     bool draws_time; // something moves and the shutter is no instant
+    bool is_delayed; // something moves and pixels have a time of their own
     bool camera_moves, lights_move;
     bool has_sky, has_glow;
     bool *glows;        // [n_materials]: it may
@@ -63,6 +64,8 @@ typedef struct {
     const PathScene *paths;
     WorldView *view;
     int64_t frame; // number; 1 is the first
+    uint32_t x, y; // the pixel at hand
+    double delay;  // its shutter's
     double seconds;
     Camera camera;
     LightSet lights;
@@ -70,7 +73,7 @@ typedef struct {
     PathTroubles troubles;
 } PathTracer;
 
-// frame: its number. Evaluates what does not change while the shutter is open.
+// frame: its number. Begins in its first pixel, in the middle of the open interval.
 void path_tracer_init(PathTracer *tracer, Arena *arena, const PathScene *paths, WorldView *view,
                       int64_t frame);
 

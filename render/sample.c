@@ -65,7 +65,7 @@ double sample_pixels(const Camera *camera, Vec3 point) {
     if (camera->kind == CAMERA_ORTHOGRAPHIC) {
         return 1 / camera->pixel;
     }
-    double width = 2 * camera->center_x, height = 2 * camera->center_y;
+    double width = camera->width, height = camera->height;
     if (camera_project(camera, point, &x, &y, &scale) && x >= -width && x <= 2 * width &&
         y >= -height && y <= 2 * height) {
         return scale;

@@ -9,8 +9,8 @@
 //
 // So within a set the first 2^k samples of a pixel are stratified: dimensions 0 and 1 are a
 // (0,k,2)-net, and each single dimension puts one sample into each of 2^k equal intervals. Between
-// sets they are independent. Dimensions of the first set have fixed uses: x and y in the pixel,
-// time, lens; it is the one in which pixel and time are stratified together.
+// sets they are independent. Dimensions of the first set have fixed uses: x and y in the pixel and
+// time; it is the one in which pixel and time are stratified together.
 #ifndef RENDER_SAMPLER_H
 #define RENDER_SAMPLER_H
 
@@ -20,8 +20,8 @@
 enum { SAMPLE_X, SAMPLE_Y, SAMPLE_TIME, SAMPLE_FREE, SAMPLE_DIMENSIONS };
 
 // The sets of a path: the first, then for each bounce one for the choice of lobe and direction, and
-// one for each light.
-enum { SAMPLE_SET_PIXEL = 0, SAMPLE_SET_PATH = 1 };
+// one for each light; far behind them that of the lens.
+enum { SAMPLE_SET_PIXEL = 0, SAMPLE_SET_PATH = 1, SAMPLE_SET_LENS = INT32_MAX };
 
 // Where a pixel is in the space of all random numbers.
 typedef struct {

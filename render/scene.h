@@ -14,6 +14,7 @@
 #include "render/mesh.h"
 #include "render/program.h"
 #include "render/scene_light.h"
+#include "render/shot.h"
 
 // Over how much of its neighbourhood a pixel is averaged.
 typedef enum {
@@ -32,24 +33,6 @@ typedef struct {
     const char **aov; // names asked for
     uint32_t n_aov;
 } FilmSettings;
-
-// The shutter of frame n is open from (n-1)/fps + open to (n-1)/fps + open + length.
-typedef struct {
-    double length; // frame periods, >= 0, of any size; 0: an instant
-    double open;   // frame periods
-} ShutterSettings;
-
-typedef enum { CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC } CameraKind;
-
-// out: from x y z, to x y z, up x y z, fov (vertical, radians; orthographic: the picture is
-// 2 |to - from| tan(fov/2) high, so both kinds agree at `to`). Not given: automatic is true, and
-// the renderer places a camera that sees everything at the film's first frame.
-typedef struct {
-    CameraKind kind;
-    const Program *program;
-    bool automatic;
-    SourceRef where;
-} CameraSettings;
 
 typedef struct {
     uint32_t bounces; // 0: direct light only

@@ -6,6 +6,7 @@
 
 #include "render/mover.h"
 #include "render/report.h"
+#include "render/shutter.h"
 
 enum {
     INSTANTS = 256, // of one opening of the shutter
@@ -13,12 +14,12 @@ enum {
     SHAPES = 4096,  // that are looked at; with more, some are taken to be visible
 };
 
-// Instants in an opening, the ends included.
+// Instants that a frame sees, the ends included.
 static void find_instants(const Scene *scene, int64_t frame, double seconds[INSTANTS]) {
-    const ShutterSettings *shutter = &scene->shutter;
+    const ShutterSpan seen = shutter_seen(&scene->shutter, frame);
     for (int i = 0; i < INSTANTS; i++) {
-        double offset = shutter->open + shutter->length * i / (INSTANTS - 1);
-        seconds[i] = instant_seconds(instant_at(frame - 1, offset), scene->film.fps);
+        double offset = seen.start.frac + seen.length * i / (INSTANTS - 1);
+        seconds[i] = instant_seconds(instant_at(seen.start.frame, offset), scene->film.fps);
     }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Worlds: from a scene and some of its frames to everything that rays need.
 #include "render/report.h"
+#include "render/shutter.h"
 #include "render/world_parts.h"
 
 #include <stdlib.h>
@@ -193,7 +194,8 @@ void world_place_camera(Arena *arena, Scene *scene) {
         return;
     }
     const ShutterSettings *shutter = &scene->shutter;
-    Instant at = instant_at(scene->film.first_frame - 1, shutter->open + 0.5 * shutter->length);
+    double delay = 0.5 * (shutter->first_delay + shutter->last_delay);
+    Instant at = shutter_instant(shutter, scene->film.first_frame, delay, 0.5);
     Vec3 lo, hi;
     if (!world_bounds_at(scene, at, &lo, &hi)) {
         lo = vec3(-1, -1, -1);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The first half of a world: how many frames fit, when their motion is sampled, and the arrays.
 #include "render/report.h"
+#include "render/shutter.h"
 #include "render/world_parts.h"
 
 #include <stdlib.h>
@@ -30,7 +31,7 @@ typedef struct {
 } Mark;
 
 static ShutterSpan shutter_of(const Scene *scene, int64_t frame) {
-    return shutter_span(frame, scene->shutter.open, scene->shutter.length);
+    return shutter_seen(&scene->shutter, frame);
 }
 
 static size_t plan_frame(World *world, int64_t frame, uint32_t n_threads) {
@@ -159,7 +160,8 @@ static bool sample(World *world, const RenderOptions *options, const int64_t *fr
     *n_taken = plan_frames(world, options, frames, n_frames);
     if (*n_taken == 0) {
         report_error(reporter, world->scene->camera.where,
-                     "the shutter is open for more than a million frames while something moves");
+                     "the shutter is open for more than a million frames, or a frame's pixels are "
+                     "delayed over as many, while something moves");
         return false;
     }
     if (!store_forms(world, options->n_threads)) {

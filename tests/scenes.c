@@ -65,6 +65,11 @@ void test_camera(TestScene *test, CameraKind kind, double distance, double fov) 
     test->scene.camera = (CameraSettings){.kind = kind, .program = line(test, out, NULL, 10)};
 }
 
+void test_lens(TestScene *test, const double value[4], const double slope[4], uint32_t blades) {
+    test->scene.camera.lens = line(test, value, slope, 4);
+    test->scene.camera.blades = blades;
+}
+
 void test_light(TestScene *test, LightKind kind, const double *out, uint32_t n) {
     test->lights[test->scene.n_lights++] =
         (Light){.kind = kind, .program = line(test, out, NULL, n)};
@@ -165,7 +170,10 @@ const Film *test_film(TestScene *test, uint32_t spp, RenderStats *stats) {
     return film;
 }
 
+double test_pixel(const Film *film, int pixel, int c) {
+    return (double)film->pixels[pixel].sum[c] / 0x1p28 / film->pixels[pixel].n;
+}
+
 double test_channel(const Film *film, int x, int y, int c) {
-    const FilmPixel *pixel = &film->pixels[y * (int)film->width + x];
-    return (double)pixel->sum[c] / 0x1p28 / pixel->n;
+    return test_pixel(film, y * (int)film->width + x, c);
 }

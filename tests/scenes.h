@@ -32,10 +32,13 @@ RenderOptions test_options(const TestScene *test, uint32_t spp); // out is NULL
 
 // Frame 1, in the test's arena; nothing may have been dropped. stats is added to.
 const Film *test_film(TestScene *test, uint32_t spp, RenderStats *stats);
+double test_pixel(const Film *film, int pixel, int c);      // counted row by row
 double test_channel(const Film *film, int x, int y, int c); // 0..2: r g b, 3: alpha
 
 // At (0, 0, distance), looking at the origin.
 void test_camera(TestScene *test, CameraKind kind, double distance, double fov);
+// aperture, focus, shift x and y: value + slope * t. After test_camera.
+void test_lens(TestScene *test, const double value[4], const double slope[4], uint32_t blades);
 void test_light(TestScene *test, LightKind kind, const double *out, uint32_t n);
 uint32_t test_material(TestScene *test, MaterialKind kind, const double *out, uint32_t n);
 // Glows with the given power from that second on, dark before.

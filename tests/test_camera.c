@@ -157,6 +157,133 @@ static void camera_survives_bad_input(void **state) {
     arena_free(&arena);
 }
 
+// As settings, so that each case says what it is about.
+static void set_lens(Arena *arena, Scene *scene, double aperture, double focus, double right,
+                     double up) {
+    scene->camera.lens = constants(arena, (double[]){aperture, focus, right, up}, 4);
+}
+
+// A picture that is shifted shows what lies beyond the edge of the one that is not, on the same
+// plane.
+static void camera_shifts_its_picture(void **state) {
+    (void)state;
+    Arena arena = {0};
+    for (int kind = 0; kind < 2; kind++) {
+        Scene scene = scene_with(&arena, (CameraKind)kind, FRONT);
+        Camera straight = camera_at(&scene, 0);
+        set_lens(&arena, &scene, 0, 1, 0.25, 0.5);
+        Camera shifted = camera_at(&scene, 0);
+        assert_true(shifted.is_valid);
+        assert_near(shifted.radius, 0, 0);
+        for (int i = 0; i < 100; i++) {
+            double x = 2 * i, y = 97 - i, px, py, scale;
+            Vec3 o[2], d[2];
+            camera_ray(&shifted, x, y, &o[0], &d[0]);
+            camera_ray(&straight, x + 25, y - 50, &o[1], &d[1]);
+            assert_vec(o[0], o[1].x, o[1].y, o[1].z);
+            assert_vec(d[0], d[1].x, d[1].y, d[1].z);
+            assert_true(camera_project(&shifted, vec3_madd(o[0], 7, d[0]), &px, &py, &scale));
+            assert_near(px, x, ACROSS);
+            assert_near(py, y, ACROSS);
+        }
+    }
+    arena_free(&arena);
+}
+
+// Left to right: behind, left, ahead, right, behind; top to bottom: zenith, horizon, nadir.
+static void camera_spherical_directions(void **state) {
+    (void)state;
+    static const struct {
+        double x, y;
+        Vec3 dir;
+    } cases[] = {{100, 50, {0, 0, -1}},
+                 {150, 50, {1, 0, 0}},
+                 {50, 50, {-1, 0, 0}},
+                 {0, 50, {0, 0, 1}},
+                 {200, 50, {0, 0, 1}},
+                 {33, 0, {0, 1, 0}},
+                 {170, 100, {0, -1, 0}},
+                 {100, 25, {0, 0.70710678118654752, -0.70710678118654752}},
+                 {125, 50, {0.70710678118654752, 0, -0.70710678118654752}},
+                 {250, 50, {-1, 0, 0}},
+                 {100, -25, {0, 0.70710678118654752, 0.70710678118654752}}};
+    Arena arena = {0};
+    Scene scene = scene_with(&arena, CAMERA_SPHERICAL, FRONT);
+    Camera camera = camera_at(&scene, 0);
+    assert_true(camera.is_valid);
+    assert_near(camera.pixel, 3.141592653589793 / 100, 1e-15);
+    Vec3 o, d;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        camera_ray(&camera, cases[i].x, cases[i].y, &o, &d);
+        assert_vec(o, 0, 0, 10);
+        assert_vec(d, cases[i].dir.x, cases[i].dir.y, cases[i].dir.z);
+    }
+    for (int i = 0; i < 200; i++) {
+        double x = i + 0.25, y = 99.5 * i / 200 + 0.1, px, py, scale;
+        camera_ray(&camera, x, y, &o, &d);
+        assert_near(vec3_length(d), 1, 1e-14);
+        assert_true(camera_project(&camera, vec3_madd(o, 3, d), &px, &py, &scale));
+        assert_near(px, x, ACROSS);
+        assert_near(py, y, ACROSS);
+        assert_near(scale, 100 / (3.141592653589793 * 3), ACROSS);
+        assert_near(camera_depth(&camera, vec3_madd(o, 3, d)), 3, ACROSS);
+    }
+    arena_free(&arena);
+}
+
+// Through whatever point of the lens, a ray meets the pinhole's where that is in focus, and starts
+// within the aperture.
+static void camera_lens_rays_meet_in_focus(void **state) {
+    (void)state;
+    Arena arena = {0};
+    const double skew[10] = {3, -2, 7, -1, 4, 0.5, 0.2, 1, -0.3, 0.7}, focus = 4.5;
+    static const uint32_t blades[] = {0, 3, 6};
+    for (int i = 0; i < 9; i++) {
+        Scene scene = scene_with(&arena, (CameraKind)(i % 3), skew);
+        set_lens(&arena, &scene, 0.8, focus, i % 3 == CAMERA_SPHERICAL ? 0 : 0.3, 0);
+        scene.camera.blades = blades[i / 3];
+        Camera camera = camera_at(&scene, 0);
+        assert_true(camera.is_valid);
+        Vec3 mean = vec3(0, 0, 0), o, d, middle, along;
+        double x = 31, y = 77;
+        camera_ray(&camera, x, y, &middle, &along);
+        bool is_flat = camera.kind != CAMERA_SPHERICAL;
+        double t = is_flat ? focus / vec3_dot(along, camera.forward) : focus;
+        Vec3 meeting = vec3_madd(middle, t, along);
+        for (int k = 0; k < 900; k++) {
+            camera_lens_ray(&camera, x, y, (k / 30 + 0.5) / 30, (k % 30 + 0.5) / 30, &o, &d);
+            Vec3 off = vec3_sub(o, middle), to = vec3_sub(meeting, o);
+            assert_near(vec3_length(d), 1, 1e-14);
+            assert_true(vec3_length(off) <= 0.4 * (1 + 1e-12));
+            assert_near(vec3_dot(off, is_flat ? camera.forward : along), 0, 1e-12);
+            assert_near(vec3_length(vec3_cross(to, d)), 0, 1e-12);
+            mean = vec3_madd(mean, 1.0 / 900, off);
+        }
+        assert_near(vec3_length(mean), 0, 1e-3);
+    }
+    arena_free(&arena);
+}
+
+// No lens at all is no error; one that is out of range at some instant is.
+static void camera_refuses_a_broken_lens(void **state) {
+    (void)state;
+    static const struct {
+        double lens[4];
+        bool is_valid;
+    } cases[] = {{{0, 1, 0, 0}, true},           {{0.1, 1e30, 0, 0}, true},
+                 {{-0.1, 1, 0, 0}, false},       {{0.1, 0, 0, 0}, false},
+                 {{0.1, -1, 0, 0}, false},       {{NAN, 1, 0, 0}, false},
+                 {{0.1, NAN, 0, 0}, false},      {{0.1, 1, NAN, 0}, false},
+                 {{0.1, 1, 0, INFINITY}, false}, {{INFINITY, 1, 0, 0}, false}};
+    Arena arena = {0};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        Scene scene = scene_with(&arena, CAMERA_PERSPECTIVE, FRONT);
+        scene.camera.lens = constants(&arena, cases[i].lens, 4);
+        assert_int_equal(camera_at(&scene, 0).is_valid, cases[i].is_valid);
+    }
+    arena_free(&arena);
+}
+
 static const struct CMUnitTest tests[] = {
     cmocka_unit_test(camera_perspective_rays),
     cmocka_unit_test(camera_orthographic_agrees_at_the_target),
@@ -164,6 +291,10 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(camera_moves),
     cmocka_unit_test(camera_automatic_sees_the_box),
     cmocka_unit_test(camera_survives_bad_input),
+    cmocka_unit_test(camera_shifts_its_picture),
+    cmocka_unit_test(camera_spherical_directions),
+    cmocka_unit_test(camera_lens_rays_meet_in_focus),
+    cmocka_unit_test(camera_refuses_a_broken_lens),
 };
 
 SUITE(camera, tests)

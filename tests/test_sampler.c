@@ -179,13 +179,13 @@ static void shutter_keeps_its_resolution(void **state) {
     int64_t frame = 24ll * 3600 * 24 * 7;
     double last = 0;
     for (int i = 0; i < 1000; i++) {
-        Instant at = shutter_instant(&shutter, frame, (i + 0.5) / 1000);
+        Instant at = shutter_instant(&shutter, frame, 0, (i + 0.5) / 1000);
         assert_true(at.frame == frame - 1);
         assert_true(at.frac > last && at.frac >= 0.25 && at.frac <= 0.25 + 1e-6);
         last = at.frac;
     }
     shutter = (ShutterSettings){.length = 10, .open = -5};
-    Instant at = shutter_instant(&shutter, 1, 0.05);
+    Instant at = shutter_instant(&shutter, 1, 0, 0.05);
     assert_true(at.frame == -5);
     assert_near(at.frac, 0.5, 1e-12);
 }

@@ -10,12 +10,8 @@
 // All pictures here are orthographic: 24 by 16 units, one pixel per unit, the origin in the middle.
 enum { WIDTH = 24, HEIGHT = 16 };
 
-static const Film *trace(TestScene *test, uint32_t spp, RenderStats *stats) {
-    return test_film(test, spp, stats);
-}
-
 static double channel(const Film *film, int x, int y, int c) {
-    return test_channel(film, x, y, c);
+    return test_pixel(film, y * (int)film->width + x, c);
 }
 
 // Twice integrated: the length below x of a ramp from 0 at 0 to 1 at v.
@@ -116,7 +112,7 @@ static void assert_converges(TestScene *test, Blur *truth) {
     BlurError errors[4];
     for (int i = 0; i < 4; i++) {
         RenderStats stats = {0};
-        errors[i] = compare(trace(test, spp[i], &stats), truth);
+        errors[i] = compare(test_film(test, spp[i], &stats), truth);
         assert_true(errors[i].n > 30);
         assert_int_equal(stats.time_samples, spp[i] * WIDTH * HEIGHT);
     }
@@ -191,7 +187,7 @@ static void trace_furnace(void **state) {
         uint32_t white = test_material(&test, cases[i].kind, cases[i].out, cases[i].n);
         test_moving_sphere(&test, white, vec3(0, 0, 0), vec3(0, 0, 0), 6);
         RenderStats stats = {0};
-        const Film *film = trace(&test, 64, &stats);
+        const Film *film = test_film(&test, 64, &stats);
         double mean = 0;
         for (int k = 0; k < WIDTH * HEIGHT; k++) {
             double value = channel(film, k % WIDTH, k / WIDTH, 0);
@@ -232,7 +228,7 @@ static void trace_direct_light(void **state) {
         uint32_t grey = test_material(&test, MATERIAL_MATTE, (double[]){0.5, 0.5, 0.5}, 3);
         test_moving_square(&test, grey, vec3(0, 0, 0), vec3(0, 0, 0), 9);
         RenderStats stats = {0};
-        const Film *film = trace(&test, 16, &stats);
+        const Film *film = test_film(&test, 16, &stats);
         double x = 0.5, y = 0.5, d2 = x * x + y * y + 2500;
         double expected = cases[i].kind == LIGHT_SUN
                               ? cases[i].expected
@@ -259,7 +255,7 @@ static void trace_mirrors_at_the_rays_time(void **state) {
     test_tilted_square(&test, mirror, 6);
     test_facing_square(&test, strobe, 30, 7);
     RenderStats stats = {0};
-    const Film *film = trace(&test, 256, &stats);
+    const Film *film = test_film(&test, 256, &stats);
     assert_near(channel(film, WIDTH / 2, HEIGHT / 2, 0), 0.9 * 3 * 0.5, 0.01);
     assert_near(channel(film, 0, 0, 0), 0, 0);
     assert_true(stats.bounce_rays > 0);
@@ -278,7 +274,7 @@ static void trace_mirrors_show_the_sun(void **state) {
     test_moving_square(&test, mirror, vec3(0, 0, 0), vec3(0, 0, 0), 4);
     test.scene.film.transparent = false;
     RenderStats stats = {0};
-    const Film *film = trace(&test, 16, &stats);
+    const Film *film = test_film(&test, 16, &stats);
     double radiance = 2 / (3.141592653589793 * pow(sin(angle / 2), 2));
     assert_near(channel(film, WIDTH / 2, HEIGHT / 2, 0), radiance, 1e-6 * radiance);
     assert_near(channel(film, 1, 1, 0), 0, 0);
@@ -299,7 +295,7 @@ static void trace_weighs_both_ways(void **state) {
         uint32_t metal = test_material(&test, MATERIAL_METAL, out, 4);
         test_moving_square(&test, metal, vec3(0, 0, 0), vec3(0, 0, 0), 9);
         RenderStats stats = {0};
-        const Film *film = trace(&test, 512, &stats);
+        const Film *film = test_film(&test, 512, &stats);
         // The viewer, the normal and the square's z axis are one.
         PathScene paths;
         path_scene_init(&paths, &test.arena, &test.scene);
@@ -336,7 +332,7 @@ static void trace_draws_only_what_it_needs(void **state) {
         uint32_t glow = test_material(&test, MATERIAL_GLOW, (double[]){1, 1, 1, 1}, 4);
         test_moving_sphere(&test, glow, vec3(0, 0, 0), vec3(i & 2 ? 9 : 0, 0, 0), 3);
         RenderStats stats = {0};
-        trace(&test, 4, &stats);
+        test_film(&test, 4, &stats);
         assert_int_equal(stats.time_samples, i == 3 ? 4 * WIDTH * HEIGHT : 0);
         assert_int_equal(stats.shadow_rays + stats.bounce_rays, 0);
         assert_int_equal(stats.lens_samples + stats.light_samples, 0);
@@ -354,7 +350,7 @@ static void trace_depth_and_normal(void **state) {
     // Moves away from the camera, from z = 0 to z = -24.
     test_moving_square(&test, glow, vec3(0, 0, 0), vec3(0, 0, -24 * 24), 5);
     RenderStats stats = {0};
-    const Film *film = trace(&test, 256, &stats);
+    const Film *film = test_film(&test, 256, &stats);
     const FilmPixel *pixel = &film->pixels[HEIGHT / 2 * WIDTH + WIDTH / 2];
     assert_near(pixel->depth, 10 + 12, 24.0 / 256);
     assert_near(pixel->normal[2], 1, 1e-6);
@@ -382,7 +378,7 @@ static void trace_same_film_for_any_threads(void **state) {
         test_moving_sphere(&test, gloss, vec3(-3, 0, 0), vec3(50, 10, 0), 3);
         test_moving_square(&test, gloss, vec3(0, 0, -6), vec3(-40, 0, 0), 9);
         RenderStats stats = {0};
-        const Film *film = trace(&test, 16, &stats);
+        const Film *film = test_film(&test, 16, &stats);
         if (i == 0) {
             memcpy(first, film->pixels, sizeof first);
         }

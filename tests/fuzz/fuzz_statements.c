@@ -17,17 +17,23 @@ static void write_word_of(Writer *w, const char *words) {
 }
 
 static void write_value(Writer *w, const PropertyInfo *info, int depth) {
-    static const WriteType types[] = {
-        [PROPERTY_TYPE_NUMBER] = WRITE_NUMBER, [PROPERTY_TYPE_COUNT] = WRITE_NUMBER,
-        [PROPERTY_TYPE_ANGLE] = WRITE_ANGLE,   [PROPERTY_TYPE_BOOL] = WRITE_BOOL,
-        [PROPERTY_TYPE_STRING] = WRITE_STRING, [PROPERTY_TYPE_VEC2] = WRITE_VEC2,
-        [PROPERTY_TYPE_VEC3] = WRITE_VEC3,     [PROPERTY_TYPE_COLOR] = WRITE_COLOR,
-        [PROPERTY_TYPE_RANGE] = WRITE_RANGE,   [PROPERTY_TYPE_MATERIAL] = WRITE_MATERIAL,
-        [PROPERTY_TYPE_FUNCTION] = WRITE_VEC3, [PROPERTY_TYPE_LIST] = WRITE_LIST,
-        [PROPERTY_TYPE_WORD] = WRITE_STRING,   [PROPERTY_TYPE_WORD_OR_NUMBER] = WRITE_NUMBER,
-        [PROPERTY_TYPE_ANY] = WRITE_NUMBER};
-    bool has_words = info->type == PROPERTY_TYPE_WORD || info->type == PROPERTY_TYPE_WORD_OR_NUMBER;
-    if (has_words && !fuzz_one_in(w, 4)) {
+    static const WriteType types[] = {[PROPERTY_TYPE_NUMBER] = WRITE_NUMBER,
+                                      [PROPERTY_TYPE_COUNT] = WRITE_NUMBER,
+                                      [PROPERTY_TYPE_ANGLE] = WRITE_ANGLE,
+                                      [PROPERTY_TYPE_BOOL] = WRITE_BOOL,
+                                      [PROPERTY_TYPE_STRING] = WRITE_STRING,
+                                      [PROPERTY_TYPE_VEC2] = WRITE_VEC2,
+                                      [PROPERTY_TYPE_VEC3] = WRITE_VEC3,
+                                      [PROPERTY_TYPE_COLOR] = WRITE_COLOR,
+                                      [PROPERTY_TYPE_RANGE] = WRITE_RANGE,
+                                      [PROPERTY_TYPE_MATERIAL] = WRITE_MATERIAL,
+                                      [PROPERTY_TYPE_FUNCTION] = WRITE_VEC3,
+                                      [PROPERTY_TYPE_LIST] = WRITE_LIST,
+                                      [PROPERTY_TYPE_WORD] = WRITE_STRING,
+                                      [PROPERTY_TYPE_WORD_OR_NUMBER] = WRITE_NUMBER,
+                                      [PROPERTY_TYPE_WORD_OR_FUNCTION] = WRITE_STRING,
+                                      [PROPERTY_TYPE_ANY] = WRITE_NUMBER};
+    if (schema_takes_words(info) && !fuzz_one_in(w, 4)) {
         write_word_of(w, info->names);
     } else if (*info->default_text && fuzz_one_in(w, 3)) {
         fuzz_put(w, "%s", info->default_text);
