@@ -52,6 +52,10 @@ static bool lights_have_size(const Scene *scene) {
     return false;
 }
 
+static bool camera_moves(const CameraSettings *camera) {
+    return reads_time(camera->program) || reads_time(camera->lens);
+}
+
 static bool has_lens(const CameraSettings *camera) {
     double lens[4] = {1};
     if (camera->lens && program_is_constant(camera->lens)) {
@@ -109,9 +113,9 @@ static void print_scene(const Session *session) {
            (unsigned long long)(counts.n_vertices * 3 * sizeof(double)),
            (unsigned long long)counts.n_spheres, (unsigned long long)counts.n_planes);
     printf("materials %u, lights %u, camera %s\n", scene->n_materials, scene->n_lights,
-           scene->camera.automatic             ? "placed to see everything"
-           : reads_time(scene->camera.program) ? "moving"
-                                               : "still");
+           scene->camera.automatic        ? "placed to see everything"
+           : camera_moves(&scene->camera) ? "moving"
+                                          : "still");
     printf("hash      %s\n", scene->hash);
     print_left_out(scene, &counts);
 }

@@ -340,6 +340,37 @@ static void settings_are_read(void **state) {
     unload(&l);
 }
 
+// Times become frame periods, also where the command line has another rate; its shutter leaves the
+// curve and the delays as they are, and its size is that of which pixels are asked.
+static void shutters_and_lenses_are_read(void **state) {
+    (void)state;
+    Loaded l;
+    LoadOptions options = {.width = 10, .height = 4, .fps = 50, .shutter = "360deg"};
+    load_with(&l, "test.st4",
+              "shutter { angle = 90deg  phase = start  curve = cosine  roll = up  "
+              "readout = 10ms  fn delay(u, v) = 2s*u - 1s }\n"
+              "camera { aperture = 2cm  blades = 5  shift = <0.25, t>  to = <0, 1, 1> }\n"
+              "sphere { }",
+              &options);
+    const Scene *scene = l.loaded.scene;
+    const ShutterSettings *shutter = &scene->shutter;
+    assert_near(shutter->length, 1, 0);
+    assert_near(shutter->open, 0, 0);
+    assert_non_null(shutter->curve);
+    assert_int_equal(shutter->roll, ROLL_UP);
+    assert_near(shutter->readout, 0.5, 1e-15);
+    assert_near(shutter->first_delay, -0.9 * 50, 1e-12); // the lowest row, the first column
+    assert_near(shutter->last_delay, 0.9 * 50 + 0.5, 1e-12);
+    double lens[4];
+    run_at(scene->camera.lens, 3, NULL, 0, lens);
+    const double expected[4] = {0.02, 4, 0.25, 3}; // focus is at to, 4 m from <0, 1, 5>
+    for (int i = 0; i < 4; i++) {
+        assert_near(lens[i], expected[i], 1e-15);
+    }
+    assert_int_equal(scene->camera.blades, 5);
+    unload(&l);
+}
+
 static void everything_has_a_default(void **state) {
     (void)state;
     Loaded l;
@@ -348,6 +379,8 @@ static void everything_has_a_default(void **state) {
     assert_near(scene->film.fps, 24, 0);
     assert_near(scene->shutter.length, 0.5, 0);
     assert_near(scene->shutter.open, -0.25, 0);
+    assert_null(scene->shutter.curve);
+    assert_null(scene->camera.lens);
     assert_int_equal(scene->render.bounces, 4);
     assert_true(scene->camera.automatic);
     assert_int_equal(scene->n_lights, 1);
@@ -565,6 +598,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(materials_are_made_once),
     cmocka_unit_test(jumps_are_known),
     cmocka_unit_test(settings_are_read),
+    cmocka_unit_test(shutters_and_lenses_are_read),
     cmocka_unit_test(everything_has_a_default),
     cmocka_unit_test(the_command_line_overrides),
     cmocka_unit_test(hashes_tell_scenes_apart),
