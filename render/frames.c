@@ -117,7 +117,9 @@ static int make_picture(Run *run, const World *world, int64_t frame, const char 
     if (!begin_film(run, picture, origin)) {
         return STATUS_FILES;
     }
+    progress_frame(&run->progress, frame);
     bool is_complete = trace_frame(run, world, frame, picture, origin);
+    progress_pause(&run->progress);
     double traced = progress_clock();
     run->stats->trace_seconds += traced - start;
     report_troubles(run);
@@ -131,6 +133,7 @@ static int make_picture(Run *run, const World *world, int64_t frame, const char 
     }
     run->stats->n_frames++;
     checkpoint_remove(picture);
+    progress_written(&run->progress, frame);
     return finish(run, frame, false);
 }
 
@@ -138,7 +141,6 @@ static int make_described(Run *run, const World *world, int64_t frame, const cha
     Arena arena = {0};
     FilmOrigin origin;
     output_describe(&run->scene, run->options, frame, &arena, &origin);
-    progress_frame(&run->progress, frame);
     int status = make_picture(run, world, frame, picture, &origin);
     arena_free(&arena);
     return status;
@@ -284,7 +286,8 @@ static int render_blocks(Run *run) {
     uint64_t spp =
         options->last_sample ? options->last_sample - options->first_sample + 1 : options->spp;
     run->frame_samples = (uint64_t)settings->width * settings->height * spp;
-    progress_begin(&run->progress, options->progress, run->frame_samples * options->n_frames);
+    progress_begin(&run->progress, options->progress, options->n_frames,
+                   run->frame_samples * options->n_frames);
     run->n_frames = options->n_frames;
     run->frames = ARENA_ARRAY(&run->arena, run->n_frames, int64_t);
     run->held = ARENA_ARRAY(&run->arena, run->n_frames, int64_t);

@@ -448,3 +448,24 @@ test_pictures_that_cannot_be_written_keep_their_sums() {
     expect 0 "$ST4" ball.st4 -f 1 --size 160x120 -s 60 -o whole.exr
     same part.exr whole.exr
 }
+
+test_progress_is_told() {
+    make_scene
+    expect 0 "$ST4" ball.st4 -s 40 --size 160x120 -o a.####.exr
+    [ "$(wc -l <<<"$err")" = 1 ] || fail "not quiet where nobody watches: $err"
+    expect 0 "$ST4" ball.st4 -s 40 --size 160x120 -o a.####.exr --progress json -q
+    [[ $err == '{"version":1,"event":"begin","frames":3,"samples":2304000}'* ]] || fail "$err"
+    has "$err" '"event":"progress","frame":1,"done":0.'
+    has "$err" '{"version":1,"event":"frame","frame":2,"done":0.6667}'
+    [[ $err == *'{"version":1,"event":"end","done":1.0000,"seconds":'*'}' ]] || fail "$err"
+    if command -v python3 >/dev/null; then
+        python3 -c 'import json, sys; [json.loads(line) for line in sys.stdin]' <<<"$err" || fail "$err"
+    fi
+    expect 0 "$ST4" ball.st4 -s 40 --size 160x120 -o a.####.exr --progress bar -q
+    has "$err" 'Msamples/s'
+    has "$err" ' left'
+    # What was there before counts as done, not as fast.
+    expect 0 "$ST4" ball.st4 -s 40 --size 160x120 -o a.####.exr --progress json -q --resume
+    has "$err" '"event":"end","done":1.0000'
+    lacks "$err" '"event":"frame"'
+}
