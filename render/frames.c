@@ -192,16 +192,23 @@ static int render_block(Run *run, const int64_t *frames, uint32_t n, uint32_t *n
     return status;
 }
 
+// Whether the run has nothing to do for a frame. What a process that was killed after its picture
+// was there has left beside it is removed.
 static bool is_made(const Run *run, int64_t frame, const char *picture) {
-    if (run->options->skip_existing && is_there(picture)) {
-        return true;
+    char message[OUTPUT_PATH_SIZE + OUTPUT_MESSAGE_SIZE];
+    bool is_left = run->options->skip_existing && is_there(picture);
+    if (is_left) {
+        frame_lock_is_held(picture, message, sizeof message);
     }
     Arena arena = {0};
     FilmOrigin origin;
     output_describe(&run->scene, run->options, frame, &arena, &origin);
     bool found = run->options->resume && output_is_made(picture, &origin);
     arena_free(&arena);
-    return found;
+    if (found) {
+        checkpoint_remove(picture);
+    }
+    return found || is_left;
 }
 
 // Takes frames out of those that are still to render: for good where their pictures are there,
@@ -216,7 +223,6 @@ static int sort_out(Run *run, uint32_t *n) {
         if (!output_path(run->options, frame, run->reporter, picture)) {
             status = STATUS_FILES;
         } else if (is_made(run, frame, picture)) {
-            progress_skip(&run->progress, run->frame_samples);
             status = finish(run, frame, true);
         } else if (run->options->skip_existing &&
                    frame_lock_is_held(picture, message, sizeof message)) {
@@ -227,6 +233,7 @@ static int sort_out(Run *run, uint32_t *n) {
     }
     memcpy(frames + n_left, held, n_held * sizeof *held);
     run->n_frames = n_left + n_held;
+    progress_left(&run->progress, run->n_frames * run->frame_samples);
     *n = n_left;
     return status;
 }

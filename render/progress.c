@@ -56,16 +56,16 @@ static void print_bar(const Progress *progress, double done, double rate, double
     fflush(stderr);
 }
 
-static double done_of(const Progress *progress, uint64_t n_done) {
+static double done_of(const Progress *progress, uint64_t traced) {
+    uint64_t n_done = traced + progress->skipped;
     return n_done < progress->total ? (double)n_done / (double)progress->total : 1;
 }
 
-static void print(const Progress *progress, uint64_t n_done, double now) {
+static void print(const Progress *progress, uint64_t traced, double now) {
     double seconds = traced_seconds(progress, now);
-    double done = done_of(progress, n_done);
-    double rate = seconds > 0 ? (double)(n_done - progress->skipped) / seconds : 0;
-    double left =
-        rate > 0 && n_done < progress->total ? (double)(progress->total - n_done) / rate : 0;
+    double done = done_of(progress, traced);
+    double rate = seconds > 0 ? (double)traced / seconds : 0;
+    double left = rate > 0 ? (1 - done) * (double)progress->total / rate : 0;
     if (progress->kind == PROGRESS_BAR) {
         print_bar(progress, done, rate, left);
     } else {
@@ -77,27 +77,31 @@ static void print(const Progress *progress, uint64_t n_done, double now) {
 }
 
 void progress_add(Progress *progress, uint64_t samples) {
-    uint64_t done = __atomic_add_fetch(&progress->done, samples, __ATOMIC_RELAXED);
+    uint64_t traced = __atomic_add_fetch(&progress->traced, samples, __ATOMIC_RELAXED);
     if (progress->kind == PROGRESS_NONE) {
         return;
     }
     double now = progress_clock();
 #pragma omp critical(progress)
-    if (now >= progress->next || done == progress->total) {
+    if (now >= progress->next || traced + progress->skipped == progress->total) {
         progress->next = now + interval(progress);
-        print(progress, done, now);
+        print(progress, traced, now);
     }
 }
 
 void progress_skip(Progress *progress, uint64_t samples) {
-    progress->done += samples;
     progress->skipped += samples;
+}
+
+void progress_left(Progress *progress, uint64_t samples) {
+    uint64_t done = samples < progress->total ? progress->total - samples : 0;
+    progress->skipped = done > progress->traced ? done - progress->traced : 0;
 }
 
 void progress_written(Progress *progress, int64_t frame) {
     if (progress->kind == PROGRESS_JSON) {
         fprintf(stderr, "{\"version\":1,\"event\":\"frame\",\"frame\":%lld,\"done\":%.4f}\n",
-                (long long)frame, done_of(progress, progress->done));
+                (long long)frame, done_of(progress, progress->traced));
     }
 }
 
@@ -107,6 +111,6 @@ void progress_end(Progress *progress) {
         fflush(stderr);
     } else if (progress->kind == PROGRESS_JSON) {
         fprintf(stderr, "{\"version\":1,\"event\":\"end\",\"done\":%.4f,\"seconds\":%.3f}\n",
-                done_of(progress, progress->done), progress_clock() - progress->start);
+                done_of(progress, progress->traced), progress_clock() - progress->start);
     }
 }

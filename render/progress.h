@@ -8,8 +8,8 @@
 
 typedef struct {
     ProgressKind kind;
-    uint64_t total, done; // samples, of all frames
-    uint64_t skipped;     // of done: not of this run's work
+    uint64_t total;           // samples, of all frames
+    uint64_t traced, skipped; // of them: by this run, and what it need not trace
     int64_t frame;
     double start;   // of the clock: the run
     double since;   // of the clock: the last progress_frame; INFINITY: nothing is traced now
@@ -27,6 +27,8 @@ void progress_written(Progress *progress, int64_t frame); // its picture is ther
 void progress_add(Progress *progress, uint64_t samples);  // from any thread
 // Samples that need not be traced; they count as done, not as fast.
 void progress_skip(Progress *progress, uint64_t samples);
+// The same by what is left of the total besides what was traced.
+void progress_left(Progress *progress, uint64_t samples);
 void progress_end(Progress *progress); // clears the line
 
 #endif

@@ -340,13 +340,21 @@ test_stale_locks_are_taken_over() {
     expect 0 "$ST4" ball.st4 -f 1 -s 4 -o part.exr --skip-existing
     has "$err" 'process 17 on elsewhere.example since 2026-01-02T03:04:05Z'
     [ ! -e part.exr ] && [ -e part.exr.lock ] || fail 'the lock was not respected'
-    # Just made, then left without content for long.
+    # Made, but left without content for long.
     : >part.exr.lock
-    expect 0 "$ST4" ball.st4 -f 1 -s 4 -o part.exr --skip-existing
-    [ ! -e part.exr ] || fail 'a lock in the making was not respected'
-    touch -d '1 minute ago' part.exr.lock
     expect 0 "$ST4" ball.st4 -f 1 -s 4 -o part.exr --skip-existing -Werror
     [ -s part.exr ] && [ ! -e part.exr.lock ] || fail 'not taken over'
+}
+
+# A process killed after its picture was there leaves nothing that stays.
+test_leavings_of_the_dead_are_removed() {
+    make_scene
+    expect 0 "$ST4" ball.st4 -f 1-2 -s 4 -o part.####.exr -q
+    expect 0 "$ST4" ball.st4 -f 1 -s 4 -o part.st4film -q
+    cp part.st4film part.0001.exr.checkpoint
+    echo "$(uname -n) 1 2026-01-02T03:04:05Z" >part.0001.exr.lock
+    expect 0 "$ST4" ball.st4 -f 1-2 -s 4 -o part.####.exr --skip-existing --resume -Werror
+    [ -z "$(ls ./*.lock ./*.checkpoint 2>/dev/null)" ] || fail "left: $(ls)"
 }
 
 # Two processes, killed again and again, in one folder: each frame comes out, once, whole.
