@@ -109,8 +109,7 @@ const Program *lower_program(Eval *ev, const Ref *refs, uint32_t n);
 // NULL where the outputs never jump or bend.
 const Program *lower_breaks(Eval *ev, const Ref *refs, uint32_t n);
 
-// NULL: always.
-const Program *lower_visible(Eval *ev, const Place *place);
+const Program *lower_visible(Eval *ev, const Place *place); // NULL: always
 
 uint32_t lower_material(Eval *ev, const MaterialValue *material, SourceRef where);
 
@@ -143,8 +142,8 @@ void lower_shape(Eval *ev, const Object *object, const Place *place, const char 
 // the vertices, 3 refs; REF_NONE: nothing does.
 const Mesh *lower_surface(Eval *ev, const Object *object, Ref vertex[3]);
 
-// What `deform` makes of a vertex at `rest`; false: reported. id: PROPERTY_SURFACE_DEFORM or
-// PROPERTY_MESH_DEFORM; type_u, type_v: of the variables u and v.
+// What `deform` makes of a vertex at `rest`; false: reported. id: of surface or mesh.
+// type_u, type_v: of the variables u and v.
 bool lower_deform(Eval *ev, const Object *object, PropertyId id, const Value *rest,
                   ValueType type_u, ValueType type_v, Ref out[3]);
 

@@ -15,7 +15,7 @@ enum {
     HOST = 256,
     TEXT = HOST + 64,
     ATTEMPTS = 100, // while others take the file away or look at it
-    YOUNG = 10,     // seconds in which a file without content is about to get some
+    PAUSE = 20, // milliseconds; after ATTEMPTS of them a file that is still empty is a dead one's
 };
 
 // What a lock file says.
@@ -90,25 +90,21 @@ static bool is_in_place(int fd, const char *path) {
            ours.st_dev == there.st_dev;
 }
 
-static bool is_young(int fd) {
-    struct stat s;
-    return fstat(fd, &s) == 0 && time(NULL) - s.st_mtime < YOUNG;
-}
-
 static void pause_briefly(void) {
-    nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+    nanosleep(&(struct timespec){.tv_nsec = PAUSE * 1000000}, NULL);
 }
 
 // A file that was there before, and that no living process of this machine holds any more once we
 // have locked it.
-static bool may_take_over(int fd, const Holder *holder) {
+static bool may_take_over(const Holder *holder, bool is_last) {
     char host[HOST];
     host_name(host);
-    return holder->is_empty ? !is_young(fd) : !strcmp(holder->host, host);
+    return holder->is_empty ? is_last : !strcmp(holder->host, host);
 }
 
-// One attempt; with *again set, another is worth it.
-static FrameLockOutcome attempt(const char *path, int *fd, bool *again, char *message, size_t n) {
+// One attempt; with *again set, another is worth it, unless this is the last.
+static FrameLockOutcome attempt(const char *path, int *fd, bool is_last, bool *again, char *message,
+                                size_t n) {
     *fd = open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     bool is_new = *fd >= 0;
     if (!is_new && errno == EEXIST) {
@@ -131,7 +127,8 @@ static FrameLockOutcome attempt(const char *path, int *fd, bool *again, char *me
     }
     Holder holder;
     read_holder(*fd, &holder);
-    if (!is_locked || (!is_new && !may_take_over(*fd, &holder))) {
+    if (!is_locked || (!is_new && !may_take_over(&holder, is_last))) {
+        *again = is_locked && holder.is_empty;
         return held_by(&holder, path, message, n);
     }
     if (!is_in_place(*fd, path)) {
@@ -161,10 +158,13 @@ FrameLockOutcome frame_lock_take(FrameLock *lock, const char *picture, char *mes
     }
     for (int i = 0; i < ATTEMPTS && again; i++) {
         again = false;
-        outcome = attempt(lock->path, &lock->fd, &again, message, n);
+        outcome = attempt(lock->path, &lock->fd, i + 1 == ATTEMPTS, &again, message, n);
         if (outcome != FRAME_LOCK_TAKEN && lock->fd >= 0) {
             close(lock->fd);
             lock->fd = -1;
+        }
+        if (again && outcome == FRAME_LOCK_HELD) {
+            pause_briefly();
         }
     }
     if (outcome != FRAME_LOCK_TAKEN) {

@@ -118,7 +118,9 @@ static int make_picture(Run *run, const World *world, int64_t frame, const char 
     if (!begin_film(run, picture, origin)) {
         return STATUS_FILES;
     }
+    progress_frame(&run->progress, frame);
     bool is_complete = trace_frame(run, world, frame, picture, origin);
+    progress_pause(&run->progress);
     double traced = progress_clock();
     run->stats->trace_seconds +=
         traced - start - (world_waited(world) - waited) / run->options->n_threads;
@@ -136,6 +138,7 @@ static int make_picture(Run *run, const World *world, int64_t frame, const char 
     }
     run->stats->n_frames++;
     checkpoint_remove(picture);
+    progress_written(&run->progress, frame);
     return finish(run, frame, false);
 }
 
@@ -143,7 +146,6 @@ static int make_described(Run *run, const World *world, int64_t frame, const cha
     Arena arena = {0};
     FilmOrigin origin;
     output_describe(&run->scene, run->options, frame, &arena, &origin);
-    progress_frame(&run->progress, frame);
     int status = make_picture(run, world, frame, picture, &origin);
     arena_free(&arena);
     return status;
@@ -196,16 +198,23 @@ static int render_block(Run *run, const int64_t *frames, uint32_t n, uint32_t *n
     return status;
 }
 
+// Whether the run has nothing to do for a frame. What a process that was killed after its picture
+// was there has left beside it is removed.
 static bool is_made(const Run *run, int64_t frame, const char *picture) {
-    if (run->options->skip_existing && is_there(picture)) {
-        return true;
+    char message[OUTPUT_PATH_SIZE + OUTPUT_MESSAGE_SIZE];
+    bool is_left = run->options->skip_existing && is_there(picture);
+    if (is_left) {
+        frame_lock_is_held(picture, message, sizeof message);
     }
     Arena arena = {0};
     FilmOrigin origin;
     output_describe(&run->scene, run->options, frame, &arena, &origin);
     bool found = run->options->resume && output_is_made(picture, &origin);
     arena_free(&arena);
-    return found;
+    if (found) {
+        checkpoint_remove(picture);
+    }
+    return found || is_left;
 }
 
 // Takes frames out of those that are still to render: for good where their pictures are there,
@@ -220,7 +229,6 @@ static int sort_out(Run *run, uint32_t *n) {
         if (!output_path(run->options, frame, run->reporter, picture)) {
             status = STATUS_FILES;
         } else if (is_made(run, frame, picture)) {
-            progress_skip(&run->progress, run->frame_samples);
             status = finish(run, frame, true);
         } else if (run->options->skip_existing &&
                    frame_lock_is_held(picture, message, sizeof message)) {
@@ -231,6 +239,7 @@ static int sort_out(Run *run, uint32_t *n) {
     }
     memcpy(frames + n_left, held, n_held * sizeof *held);
     run->n_frames = n_left + n_held;
+    progress_left(&run->progress, run->n_frames * run->frame_samples);
     *n = n_left;
     return status;
 }
@@ -290,7 +299,8 @@ static int render_blocks(Run *run) {
     uint64_t spp =
         options->last_sample ? options->last_sample - options->first_sample + 1 : options->spp;
     run->frame_samples = (uint64_t)settings->width * settings->height * spp;
-    progress_begin(&run->progress, options->progress, run->frame_samples * options->n_frames);
+    progress_begin(&run->progress, options->progress, options->n_frames,
+                   run->frame_samples * options->n_frames);
     run->n_frames = options->n_frames;
     run->frames = ARENA_ARRAY(&run->arena, run->n_frames, int64_t);
     run->held = ARENA_ARRAY(&run->arena, run->n_frames, int64_t);

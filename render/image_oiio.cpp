@@ -3,6 +3,7 @@
 #include "render/image_oiio.h"
 
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <memory>
 #include <string>
@@ -50,7 +51,11 @@ bool write(const char *format, const uint8_t *pixels, uint32_t width, uint32_t h
             return fail(message, n, std::string(format) + " files hold no alpha");
         }
         OIIO::ImageSpec spec(int(width), int(height), int(n_channels), OIIO::TypeDesc::UINT8);
-        spec.attribute("oiio:ColorSpace", "sRGB");
+        // In TIFF this is an EXIF directory, which in memory the library puts in place of the
+        // picture's own (2.4); readers take 8 bits for sRGB without it.
+        if (std::strncmp(format, "tif", 3) != 0) {
+            spec.attribute("oiio:ColorSpace", "sRGB");
+        }
         spec.attribute("oiio:UnassociatedAlpha", 1);
         spec.attribute("CompressionQuality", 95);
         spec.attribute("jpeg:subsampling", "4:4:4");

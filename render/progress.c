@@ -2,6 +2,7 @@
 // Progress on standard error.
 #include "render/progress.h"
 
+#include <math.h>
 #include <time.h>
 
 double progress_clock(void) {
@@ -15,13 +16,28 @@ static double interval(const Progress *progress) {
     return progress->kind == PROGRESS_BAR ? 0.1 : 1;
 }
 
-void progress_begin(Progress *progress, ProgressKind kind, uint64_t total) {
+void progress_begin(Progress *progress, ProgressKind kind, uint32_t n_frames, uint64_t total) {
     double now = progress_clock();
-    *progress = (Progress){.kind = kind, .total = total, .start = now, .next = now};
+    *progress =
+        (Progress){.kind = kind, .total = total, .start = now, .since = INFINITY, .next = now};
+    if (kind == PROGRESS_JSON) {
+        fprintf(stderr, "{\"version\":1,\"event\":\"begin\",\"frames\":%u,\"samples\":%llu}\n",
+                n_frames, (unsigned long long)total);
+    }
 }
 
 void progress_frame(Progress *progress, int64_t frame) {
     progress->frame = frame;
+    progress->since = progress_clock();
+}
+
+static double traced_seconds(const Progress *progress, double now) {
+    return progress->seconds + fmax(0, now - progress->since);
+}
+
+void progress_pause(Progress *progress) {
+    progress->seconds = traced_seconds(progress, progress_clock());
+    progress->since = INFINITY;
 }
 
 static void print_bar(const Progress *progress, double done, double rate, double left) {
@@ -32,17 +48,24 @@ static void print_bar(const Progress *progress, double done, double rate, double
             marks, WIDTH - n, "", (long long)progress->frame, rate * 1e-6);
     if (left < 100) {
         fprintf(stderr, ", %.0f s left", left);
-    } else {
+    } else if (left < 100 * 60) {
         fprintf(stderr, ", %.0f min left", left / 60);
+    } else {
+        fprintf(stderr, ", %.1f h left", left / 3600);
     }
     fflush(stderr);
 }
 
-static void print(const Progress *progress, uint64_t n_done, double now) {
-    double seconds = now - progress->start;
-    double done = progress->total ? (double)n_done / (double)progress->total : 1;
-    double rate = seconds > 0 ? (double)(n_done - progress->skipped) / seconds : 0;
-    double left = rate > 0 ? (double)(progress->total - n_done) / rate : 0;
+static double done_of(const Progress *progress, uint64_t traced) {
+    uint64_t n_done = traced + progress->skipped;
+    return n_done < progress->total ? (double)n_done / (double)progress->total : 1;
+}
+
+static void print(const Progress *progress, uint64_t traced, double now) {
+    double seconds = traced_seconds(progress, now);
+    double done = done_of(progress, traced);
+    double rate = seconds > 0 ? (double)traced / seconds : 0;
+    double left = rate > 0 ? (1 - done) * (double)progress->total / rate : 0;
     if (progress->kind == PROGRESS_BAR) {
         print_bar(progress, done, rate, left);
     } else {
@@ -54,26 +77,40 @@ static void print(const Progress *progress, uint64_t n_done, double now) {
 }
 
 void progress_add(Progress *progress, uint64_t samples) {
-    uint64_t done = __atomic_add_fetch(&progress->done, samples, __ATOMIC_RELAXED);
+    uint64_t traced = __atomic_add_fetch(&progress->traced, samples, __ATOMIC_RELAXED);
     if (progress->kind == PROGRESS_NONE) {
         return;
     }
     double now = progress_clock();
 #pragma omp critical(progress)
-    if (now >= progress->next || done == progress->total) {
+    if (now >= progress->next || traced + progress->skipped == progress->total) {
         progress->next = now + interval(progress);
-        print(progress, done, now);
+        print(progress, traced, now);
     }
 }
 
 void progress_skip(Progress *progress, uint64_t samples) {
-    progress->done += samples;
     progress->skipped += samples;
+}
+
+void progress_left(Progress *progress, uint64_t samples) {
+    uint64_t done = samples < progress->total ? progress->total - samples : 0;
+    progress->skipped = done > progress->traced ? done - progress->traced : 0;
+}
+
+void progress_written(Progress *progress, int64_t frame) {
+    if (progress->kind == PROGRESS_JSON) {
+        fprintf(stderr, "{\"version\":1,\"event\":\"frame\",\"frame\":%lld,\"done\":%.4f}\n",
+                (long long)frame, done_of(progress, progress->traced));
+    }
 }
 
 void progress_end(Progress *progress) {
     if (progress->kind == PROGRESS_BAR) {
         fputs("\r\033[K", stderr);
         fflush(stderr);
+    } else if (progress->kind == PROGRESS_JSON) {
+        fprintf(stderr, "{\"version\":1,\"event\":\"end\",\"done\":%.4f,\"seconds\":%.3f}\n",
+                done_of(progress, progress->traced), progress_clock() - progress->start);
     }
 }

@@ -8,20 +8,27 @@
 
 typedef struct {
     ProgressKind kind;
-    uint64_t total, done; // samples, of all frames
-    uint64_t skipped;     // of done: from an earlier run
+    uint64_t total;           // samples, of all frames
+    uint64_t traced, skipped; // of them: by this run, and what it need not trace
     int64_t frame;
-    double start, next; // seconds of the clock: the first ray, the next line
+    double start;   // of the clock: the run
+    double since;   // of the clock: the last progress_frame; INFINITY: nothing is traced now
+    double seconds; // traced before that
+    double next;    // of the clock: the next line
 } Progress;
 
 double progress_clock(void); // seconds, monotonic
 
-void progress_begin(Progress *progress, ProgressKind kind, uint64_t total);
-// The time that passes until the next samples is not theirs.
+void progress_begin(Progress *progress, ProgressKind kind, uint32_t n_frames, uint64_t total);
+// From here to progress_pause samples are traced; speed is that of these times alone.
 void progress_frame(Progress *progress, int64_t frame);
-void progress_add(Progress *progress, uint64_t samples); // from any thread
+void progress_pause(Progress *progress);
+void progress_written(Progress *progress, int64_t frame); // its picture is there
+void progress_add(Progress *progress, uint64_t samples);  // from any thread
 // Samples that need not be traced; they count as done, not as fast.
 void progress_skip(Progress *progress, uint64_t samples);
+// The same by what is left of the total besides what was traced.
+void progress_left(Progress *progress, uint64_t samples);
 void progress_end(Progress *progress); // clears the line
 
 #endif

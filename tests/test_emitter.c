@@ -154,7 +154,8 @@ static const Film *film_by_bounces(TestScene *test, uint32_t spp) {
         world_build(&test->scene, &options, &frame, 1, &test->reporter, &n_taken, &stats);
     const TilePass pass = {.frame = frame, .n = spp, .due = INFINITY};
     assert_int_equal(
-        tiles_trace(&paths, world, &options, &pass, film, &progress, &stats, &troubles), TILES_DONE);
+        tiles_trace(&paths, world, &options, &pass, film, &progress, &stats, &troubles),
+        TILES_DONE);
     assert_int_equal(stats.light_samples, 0);
     world_destroy(world);
     return film;

@@ -340,13 +340,21 @@ test_stale_locks_are_taken_over() {
     expect 0 "$ST4" ball.st4 -f 1 -s 4 -o part.exr --skip-existing
     has "$err" 'process 17 on elsewhere.example since 2026-01-02T03:04:05Z'
     [ ! -e part.exr ] && [ -e part.exr.lock ] || fail 'the lock was not respected'
-    # Just made, then left without content for long.
+    # Made, but left without content for long.
     : >part.exr.lock
-    expect 0 "$ST4" ball.st4 -f 1 -s 4 -o part.exr --skip-existing
-    [ ! -e part.exr ] || fail 'a lock in the making was not respected'
-    touch -d '1 minute ago' part.exr.lock
     expect 0 "$ST4" ball.st4 -f 1 -s 4 -o part.exr --skip-existing -Werror
     [ -s part.exr ] && [ ! -e part.exr.lock ] || fail 'not taken over'
+}
+
+# A process killed after its picture was there leaves nothing that stays.
+test_leavings_of_the_dead_are_removed() {
+    make_scene
+    expect 0 "$ST4" ball.st4 -f 1-2 -s 4 -o part.####.exr -q
+    expect 0 "$ST4" ball.st4 -f 1 -s 4 -o part.st4film -q
+    cp part.st4film part.0001.exr.checkpoint
+    echo "$(uname -n) 1 2026-01-02T03:04:05Z" >part.0001.exr.lock
+    expect 0 "$ST4" ball.st4 -f 1-2 -s 4 -o part.####.exr --skip-existing --resume -Werror
+    [ -z "$(ls ./*.lock ./*.checkpoint 2>/dev/null)" ] || fail "left: $(ls)"
 }
 
 # Two processes, killed again and again, in one folder: each frame comes out, once, whole.
@@ -447,4 +455,25 @@ test_pictures_that_cannot_be_written_keep_their_sums() {
     grep -q '"camera": 0,' stats.json || fail 'samples were traced again'
     expect 0 "$ST4" ball.st4 -f 1 --size 160x120 -s 60 -o whole.exr
     same part.exr whole.exr
+}
+
+test_progress_is_told() {
+    make_scene
+    expect 0 "$ST4" ball.st4 -s 40 --size 160x120 -o a.####.exr
+    [ "$(wc -l <<<"$err")" = 1 ] || fail "not quiet where nobody watches: $err"
+    expect 0 "$ST4" ball.st4 -s 40 --size 160x120 -o a.####.exr --progress json -q
+    [[ $err == '{"version":1,"event":"begin","frames":3,"samples":2304000}'* ]] || fail "$err"
+    has "$err" '"event":"progress","frame":1,"done":0.'
+    has "$err" '{"version":1,"event":"frame","frame":2,"done":0.6667}'
+    [[ $err == *'{"version":1,"event":"end","done":1.0000,"seconds":'*'}' ]] || fail "$err"
+    if command -v python3 >/dev/null; then
+        python3 -c 'import json, sys; [json.loads(line) for line in sys.stdin]' <<<"$err" || fail "$err"
+    fi
+    expect 0 "$ST4" ball.st4 -s 40 --size 160x120 -o a.####.exr --progress bar -q
+    has "$err" 'Msamples/s'
+    has "$err" ' left'
+    # What was there before counts as done, not as fast.
+    expect 0 "$ST4" ball.st4 -s 40 --size 160x120 -o a.####.exr --progress json -q --resume
+    has "$err" '"event":"end","done":1.0000'
+    lacks "$err" '"event":"frame"'
 }
