@@ -69,12 +69,13 @@ void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
         paths->glows[i] = may_glow(paths, i);
         paths->has_glow |= paths->glows[i];
     }
+    bool has_image = false;
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         paths->has_sky |= scene->lights[i].kind == LIGHT_SKY;
+        has_image |= scene->lights[i].image != NULL;
     }
-    uint32_t n_chosen = LIGHT_CHOICE_FEW + LIGHT_CHOICE_DRAWN;
-    paths->n_sets = 1 + scene->n_lights +
-                    (paths->has_glow || scene->n_lights > LIGHT_CHOICE_FEW ? n_chosen : 0);
+    bool has_chosen = paths->has_glow || scene->n_lights > LIGHT_CHOICE_FEW || has_image;
+    paths->n_sets = 1 + scene->n_lights + (has_chosen ? PATH_CHOSEN_SETS : 0);
     paths->table = is_rough ? bsdf_table_new(arena) : NULL;
 }
 
@@ -311,7 +312,7 @@ static void trace_path(PathTracer *tracer, Path *path, FilmSample *sample) {
             }
         }
         if (!is_hit && (path->depth > 0 || !scene->film.transparent)) {
-            add_scaled(path->color, path->weight, tracer->lights.sky, 1);
+            path_meet_sky(tracer, path);
         }
         goes_on = is_hit && wants_surface(tracer, path) && scatter(tracer, path, &vertex);
     }
