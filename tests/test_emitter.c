@@ -179,6 +179,29 @@ static void emitter_agrees_with_bounces(void **state) {
     test_scene_free(&test);
 }
 
+static void emitter_same_film_for_any_threads(void **state) {
+    (void)state;
+    static FilmPixel first[SIZE * SIZE];
+    static const uint32_t threads[] = {1, 2, 5};
+    for (int i = 0; i < 3; i++) {
+        TestScene test;
+        mixed_scene(&test);
+        test.n_threads = threads[i];
+        // A mesh of 128 triangles: what glows goes through the tree.
+        Shape shape = hand_mesh(mesh_grid(&test.arena, 8, 0.5));
+        shape.material = 1;
+        shape.transform = program_turning(&test.arena, 50, vec3(1, 1, 2), vec3(0, 30, 0));
+        test.shapes[test.scene.n_shapes++] = shape;
+        RenderStats stats = {0};
+        const Film *film = test_film(&test, 16, &stats);
+        if (i == 0) {
+            memcpy(first, film->pixels, sizeof first);
+        }
+        assert_memory_equal(first, film->pixels, sizeof first);
+        test_scene_free(&test);
+    }
+}
+
 // A clamp cuts what comes after the first bounce: of almost nothing it leaves direct light, a large
 // one changes nothing.
 static void emitter_clamp_spares_direct_light(void **state) {
@@ -406,6 +429,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(emitter_spheres_at_rest_and_moving),
     cmocka_unit_test(emitter_furnace),
     cmocka_unit_test(emitter_agrees_with_bounces),
+    cmocka_unit_test(emitter_same_film_for_any_threads),
     cmocka_unit_test(emitter_clamp_spares_direct_light),
     cmocka_unit_test(emitter_deforming_triangles),
     cmocka_unit_test(emitter_ten_thousand),
