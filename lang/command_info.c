@@ -37,9 +37,17 @@ static Counts count(const Scene *scene) {
 }
 
 static bool lights_have_size(const Scene *scene) {
+    for (uint32_t i = 0; i < scene->n_materials; i++) {
+        if (scene->materials[i].kind == MATERIAL_GLOW) {
+            return true;
+        }
+    }
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         const Light *light = &scene->lights[i];
         double out[16] = {0};
+        if (light->image && light->image->rows) {
+            return true;
+        }
         if (light->kind == LIGHT_SKY || !program_is_constant(light->program)) {
             continue;
         }
@@ -77,7 +85,7 @@ static void print_left_out(const Scene *scene, const Counts *counts) {
         puts("  blur          the shutter is open for an instant");
     }
     if (!lights_have_size(scene)) {
-        puts("  light samples no light of constant size has an extent but the sky");
+        puts("  light samples nothing glows, no light of constant size but the sky has an extent");
     }
     if (!has_lens(&scene->camera)) {
         puts("  lens samples  the camera is a pinhole");

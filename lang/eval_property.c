@@ -90,7 +90,9 @@ static bool wrong_type(Eval *ev, const Env *env, NodeId node, const PropertyInfo
         hint = "write matte(...)";
     } else if (info->type == PROPERTY_TYPE_FUNCTION) {
         hint = arena_printf(ev->arena, "write fn %s(%s) = ...", info->name,
-                            info->names[0] == 'u' ? "u, v" : "p");
+                            info->names[0] == 'u'   ? "u, v"
+                            : info->names[0] == 'd' ? "dir, height"
+                                                    : "p");
     }
     eval_error(ev, env, node, hint, "%s is %s, this is %s", info->name,
                schema_property_type_text(info), value_describe(ev->arena, value));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lowering of cameras and lights.
+#include "lang/loader.h"
 #include "lang/lower_parts.h"
 
 #include <string.h>
@@ -142,8 +143,10 @@ static void add_light(Eval *ev, LightKind kind, const Object *object, const Plac
     double always;
     l->lights =
         arena_grow(l->arena, l->lights, l->n_lights, &l->lights_capacity, sizeof *l->lights);
-    l->lights[l->n_lights++] = (Light){kind, lower_program(ev, refs, n), lower_visible(ev, place),
-                                       scene_source_ref(object->where)};
+    l->lights[l->n_lights++] = (Light){.kind = kind,
+                                       .program = lower_program(ev, refs, n),
+                                       .visible = lower_visible(ev, place),
+                                       .where = scene_source_ref(object->where)};
     if (dag_is_const(ev->dag, place->visible, &always) && always == 0) {
         diag_warn(ev->diag, WARN_LIGHT_NEVER_VISIBLE, object->where, NULL,
                   "this %s is never visible", object->name);
@@ -275,15 +278,79 @@ void lower_area(Eval *ev, const Object *object, const Place *place) {
     add_light(ev, LIGHT_AREA, object, place, refs, 14);
 }
 
+// At most one thing paints the sky. True: more do (reported).
+static bool is_painted_twice(Eval *ev, const Object *object) {
+    static const PropertyId paints[] = {PROPERTY_SKY_COLOR, PROPERTY_SKY_GRADIENT,
+                                        PROPERTY_SKY_IMAGE};
+    const Given *first = NULL;
+    for (int i = 0; i < 3; i++) {
+        const Given *given = object_given(object, paints[i]);
+        if (given && first) {
+            eval_error_at(ev, given->name, "power scales any of them",
+                          "a sky has a color, a gradient or an image, not two of them");
+            diag_note(ev->diag, first->name, "the other is here");
+            return true;
+        }
+        first = given ? given : first;
+    }
+    return false;
+}
+
+// What gradient(dir, height) gives; NULL: reported.
+static const Program *lower_gradient(Eval *ev, const Given *given) {
+    const uint32_t may_read = 1u << IN_T | 1u << IN_FILM_T | 7u << IN_PX | 15u << IN_LOOP0;
+    Ref dir[3];
+    for (int i = 0; i < 3; i++) {
+        dir[i] = dag_input(ev->dag, (Input)(IN_PX + i));
+    }
+    Symbol names[2] = {symbol_of(ev->symbols, "dir", 3), symbol_of(ev->symbols, "height", 6)};
+    Value values[2] = {value_vec(VALUE_VEC, dir, 3), value_scalar(VALUE_NUMBER, dir[1])};
+    if (value_is_poison(&given->value)) {
+        return NULL;
+    }
+    Value color = eval_apply(ev, given->value.closure, names, values, 2, &given->env, given->node);
+    return eval_check_vec3(ev, given->name, "gradient", &color, may_read)
+               ? lower_program(ev, color.ref, 3)
+               : NULL;
+}
+
+// NULL: reported.
+static const SkyImage *read_image(Eval *ev, const Given *given) {
+    const char *path = loader_file(ev, &given->env, given->node, &given->value);
+    SkyImage *image = ARENA_NEW(lower_arena(ev), SkyImage);
+    char message[512];
+    if (!path) {
+        return NULL;
+    }
+    if (!sky_image_read(lower_arena(ev), path, image, message, sizeof message)) {
+        eval_error(ev, &given->env, given->node, NULL, "cannot take '%s' for a sky: %s", path,
+                   message);
+        ev->has_failed_file = true;
+        return NULL;
+    }
+    loader_hash_add(ev, image->rgb, 3 * (size_t)image->width * image->height * sizeof *image->rgb);
+    return image;
+}
+
 void lower_sky(Eval *ev, const Object *object, const Place *place) {
-    Ref refs[4];
-    Ref3 color;
+    Lowering *l = ev->lowering;
+    const Given *gradient = object_given(object, PROPERTY_SKY_GRADIENT);
+    const Given *image = object_given(object, PROPERTY_SKY_IMAGE);
+    const Program *painted = NULL;
+    const SkyImage *picture = NULL;
+    Ref refs[5];
+    Ref3 color = spatial_const(ev->dag, 1, 1, 1);
     uint32_t n = 0;
-    if (!lower_once(ev, &ev->lowering->sky, object) ||
-        !lower_vec3(ev, object, PROPERTY_SKY_COLOR, &color) ||
-        !lower_scalar(ev, object, PROPERTY_SKY_POWER, &refs[3])) {
+    if (!lower_once(ev, &l->sky, object) || is_painted_twice(ev, object) ||
+        (!gradient && !image && !lower_vec3(ev, object, PROPERTY_SKY_COLOR, &color)) ||
+        !lower_scalar(ev, object, PROPERTY_SKY_POWER, &refs[3]) ||
+        !lower_scalar(ev, object, PROPERTY_SKY_ROTATE, &refs[4]) ||
+        (gradient && !(painted = lower_gradient(ev, gradient))) ||
+        (image && !(picture = read_image(ev, image)))) {
         return;
     }
     append3(refs, &n, color);
-    add_light(ev, LIGHT_SKY, object, place, refs, 4);
+    add_light(ev, LIGHT_SKY, object, place, refs, image ? 5 : 4);
+    l->lights[l->n_lights - 1].gradient = painted;
+    l->lights[l->n_lights - 1].image = picture;
 }

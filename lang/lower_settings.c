@@ -278,6 +278,9 @@ void lower_render(Eval *ev, const Object *object) {
     render->spp = is_given(object, PROPERTY_RENDER_SPP)
                       ? (uint32_t)lower_known(ev, object, PROPERTY_RENDER_SPP)
                       : 0;
+    render->clamp = is_given(object, PROPERTY_RENDER_CLAMP)
+                        ? lower_known(ev, object, PROPERTY_RENDER_CLAMP)
+                        : 0;
     render->seed = (uint64_t)lower_known(ev, object, PROPERTY_RENDER_SEED);
     render->freeze = lower_known(ev, object, PROPERTY_RENDER_FREEZE) != 0;
 }

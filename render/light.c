@@ -11,7 +11,8 @@ static const int n_out[] = {
 enum { MAX_OUT = 14 };
 
 bool light_is_moving(const Light *light) {
-    return program_reads(light->program, IN_T) || program_reads(light->program, IN_FILM_T) ||
+    return program_reads(light->gradient, IN_T) || program_reads(light->gradient, IN_FILM_T) ||
+           program_reads(light->program, IN_T) || program_reads(light->program, IN_FILM_T) ||
            program_reads(light->visible, IN_T) || program_reads(light->visible, IN_FILM_T);
 }
 
@@ -152,12 +153,19 @@ static bool add_sky(LightSet *set, const Light *light, const double in[IN_COUNT]
         return true;
     }
     program_run1(light->program, in, out);
-    if (!all_finite(out, n_out[LIGHT_SKY])) {
+    if (!all_finite(out, light->image ? 5 : n_out[LIGHT_SKY])) {
         return false;
     }
     scaled_color(sky, out, out[3]);
     for (int c = 0; c < 3; c++) {
         set->sky[c] += sky[c];
+    }
+    if (light->gradient || light->image) {
+        set->painted = light;
+    }
+    if (light->image) {
+        set->turn_cosine = program_fold(OP_COS, out[4], 0, 0);
+        set->turn_sine = program_fold(OP_SIN, out[4], 0, 0);
     }
     return all_finite(sky, 3);
 }
@@ -182,6 +190,59 @@ void light_set_at(const Scene *scene, double seconds, LightSet *set, bool *bad) 
             bad[i] = true;
         }
     }
+}
+
+// To where a direction lies in the sky's image, and back.
+static Vec3 turn_back(const LightSet *set, Vec3 dir) {
+    return vec3(set->turn_cosine * dir.x - set->turn_sine * dir.z, dir.y,
+                set->turn_sine * dir.x + set->turn_cosine * dir.z);
+}
+
+static Vec3 turn(const LightSet *set, Vec3 dir) {
+    return vec3(set->turn_cosine * dir.x + set->turn_sine * dir.z, dir.y,
+                set->turn_cosine * dir.z - set->turn_sine * dir.x);
+}
+
+void light_sky(const LightSet *set, double seconds, Vec3 dir, double rgb[3], bool *bad) {
+    double paint[3] = {1, 1, 1};
+    if (set->painted && set->painted->gradient) {
+        const double in[IN_COUNT] = {[IN_T] = seconds,
+                                     [IN_FILM_T] = seconds,
+                                     [IN_PX] = dir.x,
+                                     [IN_PY] = dir.y,
+                                     [IN_PZ] = dir.z};
+        program_run1(set->painted->gradient, in, paint);
+        if (!all_finite(paint, 3)) {
+            *bad = true;
+            paint[0] = paint[1] = paint[2] = 0;
+        }
+    } else if (set->painted) {
+        sky_image_radiance(set->painted->image, turn_back(set, dir), paint);
+    }
+    for (int c = 0; c < 3; c++) {
+        rgb[c] = paint[c] > 0 ? set->sky[c] * paint[c] : 0;
+    }
+}
+
+bool light_sky_is_sampled(const LightSet *set) {
+    return set->painted && set->painted->image && set->painted->image->rows;
+}
+
+bool light_sky_sample(const LightSet *set, double u, double v, LightSample *sample) {
+    bool bad;
+    Vec3 dir = sky_image_sample(set->painted->image, u, v, &sample->density);
+    sample->dir = turn(set, dir);
+    sample->distance = INFINITY;
+    light_sky(set, 0, sample->dir, sample->weight, &bad);
+    for (int c = 0; c < 3; c++) {
+        sample->weight[c] /= sample->density;
+    }
+    return sample->density > 0;
+}
+
+double light_sky_density(const LightSet *set, Vec3 dir) {
+    return light_sky_is_sampled(set) ? sky_image_density(set->painted->image, turn_back(set, dir))
+                                     : 0;
 }
 
 double light_share(const LightAt *light, Vec3 dir) {

@@ -36,15 +36,33 @@ typedef struct {
 typedef struct {
     uint32_t n;
     LightAt *lights; // room for all of the scene's
-    double sky[3];   // radiance, of all skies together
-    bool has_area;   // one of them has
-    bool is_near;    // one of them is looked for by matte surfaces too (light_is_near)
-    bool only_far;   // set by the caller: lamps, spots and areas are left out
+    double sky[3];   // radiance, of all skies together; with a gradient or an image, its factor
+    const Light *painted;          // the sky that has a gradient or an image; NULL: none
+    double turn_cosine, turn_sine; // of its image
+    bool has_area;                 // one of them has
+    bool is_near;  // one of them is looked for by matte surfaces too (light_is_near)
+    bool only_far; // set by the caller: lamps, spots and areas are left out
 } LightSet;
 
 // What is visible at that instant. bad[scene->n_lights]: set where a light is not finite (it counts
 // as dark then), else left alone; may be NULL.
 void light_set_at(const Scene *scene, double seconds, LightSet *set, bool *bad);
+
+typedef struct {
+    Vec3 dir;         // unit
+    double distance;  // INFINITY for suns
+    double weight[3]; // what arrives at a surface facing it, over the density
+    double density;   // per steradian; 0: the only direction
+} LightSample;
+
+// The sky's radiance in a direction (unit); not finite: 0, and *bad is set.
+void light_sky(const LightSet *set, double seconds, Vec3 dir, double rgb[3], bool *bad);
+
+// The same of light_sample and light_hit for the sky's image, where it is sampled; density 0: it
+// is not, there.
+bool light_sky_is_sampled(const LightSet *set);
+bool light_sky_sample(const LightSet *set, double u, double v, LightSample *sample);
+double light_sky_density(const LightSet *set, Vec3 dir);
 
 bool light_is_moving(const Light *light); // reads the time
 
@@ -56,13 +74,6 @@ bool light_at(const Light *light, double seconds, LightAt *at, bool *bad);
 static inline bool light_is_near(const LightAt *light) {
     return light->kind == LIGHT_AREA;
 }
-
-typedef struct {
-    Vec3 dir;         // unit
-    double distance;  // INFINITY for suns
-    double weight[3]; // what arrives at a surface facing it, over the density
-    double density;   // per steradian; 0: the only direction
-} LightSample;
 
 // u, v in [0, 1), unused without an area. False: nothing arrives there.
 bool light_sample(const LightAt *light, Vec3 from, double u, double v, LightSample *sample);

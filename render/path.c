@@ -75,12 +75,13 @@ void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
         paths->glows[i] = may_glow(paths, i);
         paths->has_glow |= paths->glows[i];
     }
+    bool has_image = false;
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         paths->has_sky |= scene->lights[i].kind == LIGHT_SKY;
+        has_image |= scene->lights[i].image != NULL;
     }
-    uint32_t n_chosen = LIGHT_CHOICE_FEW + LIGHT_CHOICE_DRAWN;
-    paths->n_sets = 1 + scene->n_lights +
-                    (paths->has_glow || scene->n_lights > LIGHT_CHOICE_FEW ? n_chosen : 0);
+    bool has_chosen = paths->has_glow || scene->n_lights > LIGHT_CHOICE_FEW || has_image;
+    paths->n_sets = 1 + scene->n_lights + (has_chosen ? PATH_CHOSEN_SETS : 0);
     paths->table = is_rough ? bsdf_table_new(arena) : NULL;
 }
 
@@ -312,11 +313,25 @@ static bool scatter(PathTracer *tracer, Path *path, Vertex *vertex) {
     return goes_on && bounce(tracer, path, vertex);
 }
 
+// Scales what came to a path's color since it was `before` to no more than the scene's clamp: with
+// that bias rare paths of enormous weight are no specks. Direct light is left as it is.
+static void clamp_added(const PathTracer *tracer, const double before[3], double color[3]) {
+    double most = tracer->paths->scene->render.clamp;
+    const double added[3] = {color[0] - before[0], color[1] - before[1], color[2] - before[2]};
+    double largest = max3(added);
+    for (int c = 0; c < 3 && most > 0 && largest > most; c++) {
+        color[c] = before[c] + added[c] * (most / largest);
+    }
+}
+
 static void trace_path(PathTracer *tracer, Path *path, FilmSample *sample) {
     const Scene *scene = tracer->paths->scene;
     Vertex vertex;
     bool goes_on = true;
     while (goes_on) {
+        const uint32_t depth = path->depth;
+        double before[3];
+        memcpy(before, path->color, sizeof before);
         bool is_hit = follow(tracer, path, &vertex);
         if (path->depth == 0) {
             sample->alpha = is_hit || !scene->film.transparent;
@@ -326,9 +341,16 @@ static void trace_path(PathTracer *tracer, Path *path, FilmSample *sample) {
             }
         }
         if (!is_hit && (path->depth > 0 || !scene->film.transparent)) {
-            add_scaled(path->color, path->weight, tracer->lights.sky, 1);
+            path_meet_sky(tracer, path);
+        }
+        if (depth == 1) { // what the ray met by now is direct light
+            memcpy(before, path->color, sizeof before);
         }
         goes_on = is_hit && wants_surface(tracer, path) && scatter(tracer, path, &vertex);
+        bool is_direct = depth == 1 && vertex.bsdf.kind == MATERIAL_GLOW;
+        if (depth > 0 && !is_direct) {
+            clamp_added(tracer, before, path->color);
+        }
     }
 }
 

@@ -61,6 +61,20 @@ double path_glow_share(PathTracer *tracer, const Path *path, const Vertex *verte
     return path->density / (path->density + density);
 }
 
+void path_meet_sky(PathTracer *tracer, Path *path) {
+    const LightSet *lights = &tracer->lights;
+    double rgb[3], share = 1;
+    bool is_bad = false;
+    light_sky(lights, tracer->seconds, path->dir, rgb, &is_bad);
+    if (is_bad) {
+        tracer->troubles.lights[lights->painted - tracer->paths->scene->lights] = true;
+    }
+    if (path->density > 0 && light_sky_is_sampled(lights)) {
+        share = path->density / (path->density + light_sky_density(lights, path->dir));
+    }
+    add_scaled(path->color, path->weight, rgb, share);
+}
+
 // ---- Lights that are asked by shadow rays
 
 static uint32_t chosen_set(const PathTracer *tracer, const Path *path, uint32_t which) {
@@ -184,6 +198,15 @@ void path_ask_lights(PathTracer *tracer, Path *path, const Vertex *vertex, bool 
     }
     if (choice->tree) {
         add_drawn(tracer, path, vertex, is_followed);
+    }
+    LightSample sample;
+    if (light_sky_is_sampled(&tracer->lights)) {
+        sampler_draw(path->sampler, path->index,
+                     chosen_set(tracer, path, LIGHT_CHOICE_FEW + LIGHT_CHOICE_DRAWN), u);
+        tracer->counters.light_samples++;
+        if (light_sky_sample(&tracer->lights, u[0], u[1], &sample)) {
+            add_sample(tracer, path, vertex, &sample, NULL, true, true);
+        }
     }
 }
 

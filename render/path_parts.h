@@ -5,6 +5,10 @@
 
 #include "render/path.h"
 
+// Of sample dimensions behind those of the scene's lights: few emitters, what is drawn of many, the
+// sky's image.
+enum { PATH_CHOSEN_SETS = LIGHT_CHOICE_FEW + LIGHT_CHOICE_DRAWN + 1 };
+
 // What is known of a path at its present end.
 typedef struct {
     const Sampler *sampler;
@@ -62,6 +66,8 @@ void path_meet_lights(PathTracer *tracer, Path *path, double tmax);
 // Whether a path may go on to meet a light: one that is near by any weight, others by the specular
 // part of it.
 bool path_may_meet_lights(const PathTracer *tracer, bool is_specular);
+// The sky at the end of the path's ray, the share that did not come by shadow rays.
+void path_meet_sky(PathTracer *tracer, Path *path);
 // The part of what a surface glows that a path which found it brings: the rest came by shadow rays.
 double path_glow_share(PathTracer *tracer, const Path *path, const Vertex *vertex);
 // Light by shadow rays. is_followed: the path goes on, and may meet lights with an area.

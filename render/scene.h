@@ -38,7 +38,8 @@ typedef struct {
     uint32_t bounces; // 0: direct light only
     uint32_t spp;     // 0: not said
     uint64_t seed;
-    bool freeze; // the noise is the same in every frame
+    bool freeze;  // the noise is the same in every frame
+    double clamp; // radiance that one surface adds to a path after its first bounce; 0: any
 } RenderSettings;
 
 typedef enum {

@@ -5,6 +5,7 @@
 #define RENDER_SCENE_LIGHT_H
 
 #include "render/program.h"
+#include "render/sky_image.h"
 
 // Where in the source a thing was written; opaque to the renderer, handed back in reports.
 typedef uint64_t SourceRef;
@@ -13,7 +14,8 @@ typedef enum {
     LIGHT_SUN,  // out: direction towards it (any length), power (W/m2 facing it), r g b, angle
                 // (radians across)
     LIGHT_LAMP, // out: from x y z, power (W, isotropic; intensity = power / 4 pi), r g b, radius
-    LIGHT_SKY,  // out: r g b, power (radiance factor)
+    LIGHT_SKY,  // out: r g b, power (radiance factor), by how much its image is turned around y
+                // (radians); 4 outputs without an image
     LIGHT_SPOT, // out: as a lamp, then where it points x y z (any length), the whole angle of its
                 // cone and the width of the edge within it (radians): power is the lamp's, the
                 // cone only takes away
@@ -27,6 +29,10 @@ typedef struct {
     const Program *program;
     const Program *visible; // 1 out; NULL: always
     SourceRef where;
+
+    // Of skies, by which r g b are multiplied; NULL: there is none.
+    const Program *gradient; // 3 out: r g b; reads IN_PX IN_PY IN_PZ besides, the unit direction
+    const SkyImage *image;
 } Light;
 
 #endif

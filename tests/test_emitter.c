@@ -182,6 +182,53 @@ static void emitter_agrees_with_bounces(void **state) {
     test_scene_free(&test);
 }
 
+static void emitter_same_film_for_any_threads(void **state) {
+    (void)state;
+    static FilmPixel first[SIZE * SIZE];
+    static const uint32_t threads[] = {1, 2, 5};
+    for (int i = 0; i < 3; i++) {
+        TestScene test;
+        mixed_scene(&test);
+        test.n_threads = threads[i];
+        // A mesh of 128 triangles: what glows goes through the tree.
+        Shape shape = hand_mesh(mesh_grid(&test.arena, 8, 0.5));
+        shape.material = 1;
+        shape.transform = program_turning(&test.arena, 50, vec3(1, 1, 2), vec3(0, 30, 0));
+        test.shapes[test.scene.n_shapes++] = shape;
+        RenderStats stats = {0};
+        const Film *film = test_film(&test, 16, &stats);
+        if (i == 0) {
+            memcpy(first, film->pixels, sizeof first);
+        }
+        assert_memory_equal(first, film->pixels, sizeof first);
+        test_scene_free(&test);
+    }
+}
+
+// A clamp cuts what comes after the first bounce: of almost nothing it leaves direct light, a large
+// one changes nothing.
+static void emitter_clamp_spares_direct_light(void **state) {
+    (void)state;
+    FilmPixel pictures[4][SIZE * SIZE];
+    for (int i = 0; i < 4; i++) {
+        TestScene test;
+        mixed_scene(&test);
+        test.scene.render.bounces = i == 0 ? 0 : 2;
+        test.scene.render.clamp = i == 1 ? 1e-12 : i == 2 ? 0 : 1e6;
+        RenderStats stats = {0};
+        memcpy(pictures[i], test_film(&test, 64, &stats)->pixels, sizeof pictures[i]);
+        test_scene_free(&test);
+    }
+    assert_memory_equal(pictures[2], pictures[3], sizeof pictures[2]);
+    for (int k = 0; k < SIZE * SIZE; k++) {
+        for (int c = 0; c < 3; c++) {
+            double direct = (double)pictures[0][k].sum[c] / 0x1p28;
+            assert_near((double)pictures[1][k].sum[c] / 0x1p28, direct, 1e-5 * (1 + direct));
+            assert_true(pictures[2][k].sum[c] >= pictures[1][k].sum[c] - 64);
+        }
+    }
+}
+
 // ---- Deforming triangles
 
 // Half the side of a square at z = 3 that grows from 0.5 to 2 while the shutter is open.
@@ -385,6 +432,8 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(emitter_spheres_at_rest_and_moving),
     cmocka_unit_test(emitter_furnace),
     cmocka_unit_test(emitter_agrees_with_bounces),
+    cmocka_unit_test(emitter_same_film_for_any_threads),
+    cmocka_unit_test(emitter_clamp_spares_direct_light),
     cmocka_unit_test(emitter_deforming_triangles),
     cmocka_unit_test(emitter_ten_thousand),
     cmocka_unit_test(emitter_many_lamps),

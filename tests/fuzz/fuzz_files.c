@@ -14,6 +14,7 @@
 
 #include "render/infile.h"
 #include "render/mesh_child.h"
+#include "render/sky_image.h"
 #include "render/outfile.h"
 #include "tests/fuzz/fuzz_redirect.h"
 
@@ -298,6 +299,14 @@ size_t infile_read(int fd, void *to, size_t offset, size_t size) {
     ssize_t got = pread(fd, to, size, (off_t)offset);
     errno = 0;
     return got < 0 ? 0 : (size_t)got;
+}
+
+bool sky_image_read(Arena *arena, const char *path, SkyImage *image, char *message, size_t n) {
+    (void)arena;
+    (void)path;
+    (void)image;
+    snprintf(message, n, "it is of no kind that is known here");
+    return false;
 }
 
 void mesh_child_assimp(const void *path, int fd) {
