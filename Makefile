@@ -14,6 +14,7 @@ CXX ?= c++
 
 # The one list of system packages (Debian 12, Ubuntu 24.04).
 PACKAGES := gcc g++ make pkg-config libopenexr-dev libopenimageio-dev libsleef-dev libassimp-dev \
+            libsundials-dev \
             libcmocka-dev mandoc clang-format clang libclang-rt-dev
 # For the benchmarks alone.
 BENCH_PACKAGES := libembree-dev
@@ -36,7 +37,8 @@ COMMON := -I. -MMD -MP -fopenmp -fPIC -ffp-contract=off -fno-math-errno $(WARNIN
 ALL_CFLAGS = -std=c11 -pedantic -D_XOPEN_SOURCE=700 -Wstrict-prototypes -Wmissing-prototypes \
              $(COMMON) $(CFLAGS)
 ALL_CXXFLAGS = -std=c++17 $(COMMON) $(CXXFLAGS)
-LDLIBS := -lOpenEXRCore-3_1 -lsleef -lm -ldl $(LDLIBS_$(config))
+LDLIBS := -lOpenEXRCore-3_1 -lsleef -lsundials_cvode -lsundials_nvecserial \
+          -lsundials_sunnonlinsolfixedpoint -lsundials_sunlinsolspgmr -lm -ldl $(LDLIBS_$(config))
 
 # Files that are loaded when first needed, each a shared object of its own.
 PLUGINS := render/image_oiio.cpp render/mesh_assimp.c
@@ -127,7 +129,7 @@ test-stability: $(B)/st4-stability
 # ---- Fuzzing: the whole language in one process, by clang's libFuzzer (tests/fuzz/fuzz_scene.c).
 # What it finds is kept in build/fuzz/corpus, from which the next call goes on.
 FUZZED := $(filter-out $(MAIN) lang/command% lang/session.c lang/options.c lang/help.c \
-            lang/frame_list.c,$(wildcard lang/*.c)) $(wildcard render/program*.c) \
+            lang/frame_list.c lang/sim_cache.c,$(wildcard lang/*.c)) $(wildcard render/program*.c) \
           $(filter-out %/mesh_child.c %/mesh_assimp.c,$(wildcard render/mesh*.c)) \
           render/point_cache.c accel/arena_array.c
 FUZZER := $(wildcard tests/fuzz/*.c)

@@ -7,6 +7,7 @@
 
 #include "lang/builtins.h"
 #include "lang/eval_run.h"
+#include "lang/eval_sim.h"
 #include "lang/loader.h"
 #include "lang/lower.h"
 
@@ -78,9 +79,8 @@ void eval_declare(Eval *ev, const Env *env, NodeId block) {
         case NODE_INCLUDE:
             loader_include(ev, env, statement);
             break;
-        case NODE_SIM: // what reads its members is silent: the sim itself is reported
-            eval_bind_name(ev, env, statement, syntax->extra[syntax_node(syntax, statement)->a + 2],
-                           BINDING_ARGUMENT);
+        case NODE_SIM:
+            eval_sim_declare(ev, env, statement);
             break;
         default:
             continue;
@@ -369,10 +369,6 @@ static void emit_unsupported(Eval *ev, const Env *env, NodeId statement) {
     const Node *node = syntax_node(env->module->syntax, statement);
     Span where = {node->lo, node->lo + 1};
     switch (node->kind) {
-    case NODE_SIM:
-        eval_error_at(ev, syntax_word_span(env->module->syntax, node->lo), NULL,
-                      "not supported yet: sim");
-        break;
     case NODE_CLIP:
         eval_error_at(ev, syntax_word_span(env->module->syntax, node->lo), NULL,
                       "not supported yet: clip");
@@ -425,6 +421,8 @@ void eval_emit_statement(Eval *ev, const Env *env, const Place *place, NodeId st
         emit_assert(ev, env, node);
         break;
     case NODE_SIM:
+        eval_sim_emit(ev, env, statement);
+        break;
     case NODE_JOINT:
     case NODE_WHEN:
     case NODE_CLIP:
