@@ -14,7 +14,7 @@ CXX ?= c++
 
 # The one list of system packages (Debian 12, Ubuntu 24.04).
 PACKAGES := gcc g++ make pkg-config libopenexr-dev libopenimageio-dev libsleef-dev libassimp-dev \
-            libsundials-dev \
+            libsundials-dev libode-dev \
             libcmocka-dev mandoc clang-format clang libclang-rt-dev
 # For the benchmarks alone.
 BENCH_PACKAGES := libembree-dev
@@ -41,7 +41,7 @@ LDLIBS := -lOpenEXRCore-3_1 -lsleef -lsundials_cvode -lsundials_nvecserial \
           -lsundials_sunnonlinsolfixedpoint -lsundials_sunlinsolspgmr -lm -ldl $(LDLIBS_$(config))
 
 # Files that are loaded when first needed, each a shared object of its own.
-PLUGINS := render/image_oiio.cpp render/mesh_assimp.c
+PLUGINS := render/image_oiio.cpp render/mesh_assimp.c render/sim_ode.c
 # Files named *_avx2.c (and *_avx512.c) are the only ones compiled for that instruction set.
 ISA_avx2 := -mavx2 -mfma -mf16c -mbmi -mbmi2
 ISA_avx512 := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mfma
@@ -65,7 +65,7 @@ all: st4
 st4: $(B)/st4
 	@ln -sfn $(B)/st4 st4
 
-$(B)/st4: $(OBJECTS) $(B)/st4-image.so $(B)/st4-assimp.so
+$(B)/st4: $(OBJECTS) $(B)/st4-image.so $(B)/st4-assimp.so $(B)/st4-ode.so
 	$(CC) $(ALL_CFLAGS) -o $@ $(OBJECTS) $(LDFLAGS) -Wl,--as-needed $(LDLIBS)
 
 $(B)/st4-image.so: $(B)/render/image_oiio.o
@@ -74,7 +74,10 @@ $(B)/st4-image.so: $(B)/render/image_oiio.o
 $(B)/st4-assimp.so: $(B)/render/mesh_assimp.o
 	$(CC) -shared $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lassimp
 
-$(B)/st4-tests: $(TESTS) $(LIBRARY) | $(B)/st4-image.so $(B)/st4-assimp.so
+$(B)/st4-ode.so: $(B)/render/sim_ode.o
+	$(CC) -shared $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lode -lm
+
+$(B)/st4-tests: $(TESTS) $(LIBRARY) | $(B)/st4-image.so $(B)/st4-assimp.so $(B)/st4-ode.so
 	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lcmocka $(LDLIBS)
 
 # Its allocations can be counted: tests/stability/counted.h.
@@ -189,4 +192,4 @@ clean:
 	rm -rf build st4
 
 -include $(patsubst %.o,%.d,$(OBJECTS) $(FUZZ_OBJECTS) $(TESTS) $(STABILITY) \
-    $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o)
+    $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o $(B)/render/sim_ode.o)

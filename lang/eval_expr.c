@@ -284,11 +284,16 @@ static Value eval_member(Eval *ev, const Env *env, NodeId id, const Node *node) 
     if (value_is_poison(&value)) {
         return value;
     }
+    if (value_is(&value, VALUE_TRANSFORM) && eval_transform_member(ev, &value, member, &value)) {
+        return value;
+    }
     int i = component_index(&value, member);
     if (i < 0) {
         return eval_error(ev, env, id,
                           value.n >= 2 && value.n <= 4 ? "components are .x .y .z .w, or .r .g .b"
-                                                       : NULL,
+                          : value_is(&value, VALUE_TRANSFORM)
+                              ? "a transform has .pos, .vel and .spin"
+                              : NULL,
                           "%s has no member '%s'", value_describe(ev->arena, &value), member);
     }
     Value component = value_scalar(VALUE_NUMBER, value.ref[i]);

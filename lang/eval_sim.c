@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "lang/lower.h"
+#include "lang/lower_parts.h"
 #include "lang/object.h"
 #include "lang/watch.h"
 
@@ -29,6 +29,23 @@ void eval_sim_declare(Eval *ev, const Env *env, NodeId statement) {
 
 // ---- Evaluating and running
 
+bool eval_sim_span(Eval *ev, const Given *given, double *low, double *high) {
+    const FilmSettings *film = &ev->lowering->scene->film;
+    *low = 0;
+    *high = fmax((double)(film->last_frame + 1), 1) / film->fps;
+    if (!given || !value_is(&given->value, VALUE_RANGE)) {
+        return !given;
+    }
+    dag_is_const(ev->dag, given->value.range->low, low);
+    dag_is_const(ev->dag, given->value.range->high, high);
+    if (*low < *high) {
+        return true;
+    }
+    eval_error(ev, &given->env, given->node, NULL,
+               "the span is empty: it goes from %.9g s to %.9g s", *low, *high);
+    return false;
+}
+
 static const char *kind_of(Eval *ev, const Sim *sim) {
     const Syntax *syntax = sim->module->syntax;
     return symbol_text(ev->symbols, syntax->extra[syntax_node(syntax, sim->statement)->a]);
@@ -45,16 +62,15 @@ static bool build(Eval *ev, Sim *sim) {
     if (sim->state == BINDING_DONE) {
         return !sim->is_bad;
     }
-    if (strcmp(kind_of(ev, sim), "state") != 0) {
-        bool is_rigid = strcmp(kind_of(ev, sim), "rigid") == 0;
-        eval_error_at(ev, kind, is_rigid ? NULL : "write sim state",
-                      is_rigid ? "not supported yet: sim %s" : "there is no sim %s",
+    sim->is_rigid = strcmp(kind_of(ev, sim), "rigid") == 0;
+    if (!sim->is_rigid && strcmp(kind_of(ev, sim), "state") != 0) {
+        eval_error_at(ev, kind, "write sim state or sim rigid", "there is no sim %s",
                       kind_of(ev, sim));
         sim->is_bad = true;
     } else {
         diag_next_statement(ev->diag); // its mistakes are its own
         sim->state = BINDING_BUSY;
-        sim->is_bad = !eval_sim_state(ev, sim);
+        sim->is_bad = !(sim->is_rigid ? eval_sim_rigid(ev, sim) : eval_sim_state(ev, sim));
         diag_next_statement(ev->diag);
     }
     // What must be known, and is within a batched loop, is asked for again.
@@ -64,6 +80,16 @@ static bool build(Eval *ev, Sim *sim) {
 
 static const char *member_text(Eval *ev, const Sim *sim, uint32_t member) {
     const char *name = symbol_text(ev->symbols, sim->name);
+    for (uint32_t g = 0; g < sim->n_groups; g++) {
+        const SimGroup *group = &sim->groups[g];
+        for (uint32_t i = 0; i < group->n; i++) {
+            if (group->members[i] == member) {
+                const char *body = symbol_text(ev->symbols, group->name);
+                return group->is_list ? arena_printf(ev->arena, "%s.%s[%u]", name, body, i)
+                                      : arena_printf(ev->arena, "%s.%s", name, body);
+            }
+        }
+    }
     return sim->has_count ? arena_printf(ev->arena, "%s, member %u", name, member) : name;
 }
 
@@ -75,7 +101,8 @@ static bool run(Eval *ev, Sim *sim) {
         return !sim->is_bad;
     }
     sim->has_run = true;
-    const SimJob job = {symbol_text(ev->symbols, sim->name), &sim->spec, sim->key};
+    const SimJob job = {symbol_text(ev->symbols, sim->name), sim->is_rigid ? NULL : &sim->spec,
+                        sim->is_rigid ? &sim->rigid : NULL, sim->key};
     if (!ev->simulator) {
         eval_error_at(ev, name_span(sim), NULL, "simulations are not run here");
         sim->is_bad = true;
@@ -199,12 +226,12 @@ Value eval_sim_at(Eval *ev, const List *list, Ref index) {
     return at_index(ev, list->each, index);
 }
 
-static Value list_value(Eval *ev, const Sim *sim, const Value *each, Ref alive) {
+static Value list_value(Eval *ev, uint32_t n, const Value *each, Ref alive) {
     List *list = ARENA_NEW(ev->arena, List);
-    Value *items = ARENA_ARRAY(ev->arena, sim->spec.n_members, Value);
+    Value *items = ARENA_ARRAY(ev->arena, n, Value);
     Value *model = ARENA_NEW(ev->arena, Value);
     *model = *each;
-    *list = (List){.n = sim->spec.n_members, .items = items, .each = model, .alive = alive};
+    *list = (List){.n = n, .items = items, .each = model, .alive = alive};
     for (uint32_t m = 0; m < list->n; m++) {
         items[m] = at_index(ev, each, dag_const(ev->dag, m));
         list->inputs |= value_inputs(ev->dag, &items[m]);
@@ -215,7 +242,7 @@ static Value list_value(Eval *ev, const Sim *sim, const Value *each, Ref alive) 
 
 static Value member_value(Eval *ev, Sim *sim, const Value *each) {
     if (sim->has_count) {
-        return list_value(ev, sim, each, sim->alive);
+        return list_value(ev, sim->spec.n_members, each, sim->alive);
     }
     return at_index(ev, each, dag_const(ev->dag, 0));
 }
@@ -233,10 +260,15 @@ static Value unknown_member(Eval *ev, const Env *env, NodeId node, const Sim *si
                             const char *member) {
     const char *names[MAX_NAMES];
     uint32_t n = 0;
-    for (; n < sim->n_variables && n + 1 < MAX_NAMES; n++) {
-        names[n] = symbol_text(ev->symbols, sim->variables[n].name);
+    for (uint32_t g = 0; g < sim->n_groups && n + 1 < MAX_NAMES; g++) {
+        names[n++] = symbol_text(ev->symbols, sim->groups[g].name);
     }
-    names[n++] = "alive";
+    for (uint32_t i = 0; i < sim->n_variables && n + 1 < MAX_NAMES; i++) {
+        names[n++] = symbol_text(ev->symbols, sim->variables[i].name);
+    }
+    if (!sim->is_rigid) {
+        names[n++] = "alive";
+    }
     const char *near = diag_nearest(member, names, n);
     return eval_error(ev, env, node,
                       near ? arena_printf(ev->arena, "did you mean '%s'?", near) : NULL,
@@ -254,20 +286,74 @@ static Value member_within(Eval *ev, const Env *env, NodeId node, Sim *sim, SimV
         return at_index(ev, &variable->each, dag_const(ev->dag, 0));
     }
     if (!variable->within) {
-        variable->within = list_value(ev, sim, &variable->each, dag_const(ev->dag, 1)).list;
+        variable->within =
+            list_value(ev, sim->spec.n_members, &variable->each, dag_const(ev->dag, 1)).list;
     }
     return (Value){.type = VALUE_LIST, .list = variable->within};
+}
+
+// Before it begins nothing has happened yet: only what comes after its end is worth a word.
+static void note_end(Eval *ev, const Env *env, NodeId node, const Sim *sim) {
+    watch_end(ev, syntax_span(env->module->syntax, node), symbol_text(ev->symbols, sim->name),
+              sim->tracks.high);
+}
+
+// Where the bodies of a label are: transforms.
+static Value bodies_value(Eval *ev, const Env *env, NodeId node, Sim *sim, SimGroup *group) {
+    Dag *dag = ev->dag;
+    if (!run(ev, sim)) {
+        return value_poison();
+    }
+    note_end(ev, env, node, sim);
+    if (group->values) {
+        return (Value){.type = VALUE_LIST, .list = group->values};
+    }
+    double *members = ARENA_ARRAY(ev->arena, group->n, double);
+    for (uint32_t i = 0; i < group->n; i++) {
+        members[i] = group->members[i];
+    }
+    Ref member = dag_table_op(dag, OP_TABLE, dag_input(dag, IN_X), members, group->n);
+    Ref c[RIGID_COLUMNS];
+    for (uint32_t k = 0; k < RIGID_COLUMNS; k++) {
+        c[k] = dag_substitute(dag, column(ev, sim, k), IN_X, member);
+    }
+    RefQuat turn = spatial_quat_normalize(dag, (RefQuat){c[3], c[4], c[5], c[6]});
+    RefMap map = spatial_map_quat(dag, turn);
+    for (int k = 0; k < 3; k++) {
+        map.m[k][3] = c[k];
+    }
+    Value each = value_transform(ev->arena, &map);
+    if (!group->is_list) {
+        return at_index(ev, &each, dag_const(dag, 0));
+    }
+    group->values = list_value(ev, group->n, &each, dag_const(dag, 1)).list;
+    return (Value){.type = VALUE_LIST, .list = group->values};
+}
+
+static Value rigid_member(Eval *ev, const Env *env, NodeId node, Sim *sim, const char *member) {
+    for (uint32_t g = 0; g < sim->n_groups; g++) {
+        if (strcmp(symbol_text(ev->symbols, sim->groups[g].name), member) == 0) {
+            return bodies_value(ev, env, node, sim, &sim->groups[g]);
+        }
+    }
+    return unknown_member(ev, env, node, sim, member);
 }
 
 Value eval_sim_member(Eval *ev, const Env *env, NodeId node, Sim *sim, const char *member) {
     if (!sim) {
         return value_poison();
     }
+    if (sim->state == BINDING_BUSY && sim->is_rigid) {
+        return eval_error(ev, env, node, NULL, "a sim rigid can not read its own bodies");
+    }
     if (sim->state == BINDING_BUSY) {
         return member_within(ev, env, node, sim, find_variable(ev, sim, member), member);
     }
     if (!build(ev, sim)) {
         return value_poison();
+    }
+    if (sim->is_rigid) {
+        return rigid_member(ev, env, node, sim, member);
     }
     SimVariable *variable = find_variable(ev, sim, member);
     bool is_alive = !variable && strcmp(member, "alive") == 0;
@@ -281,9 +367,7 @@ Value eval_sim_member(Eval *ev, const Env *env, NodeId node, Sim *sim, const cha
         Value each = value_scalar(VALUE_BOOL, sim->alive);
         return member_value(ev, sim, &each);
     }
-    // Before it begins nothing has happened yet.
-    watch_end(ev, syntax_span(env->module->syntax, node), symbol_text(ev->symbols, sim->name),
-              sim->tracks.high);
+    note_end(ev, env, node, sim);
     if (variable->outside) {
         return (Value){.type = VALUE_LIST, .list = variable->outside};
     }
@@ -296,4 +380,36 @@ Value eval_sim_member(Eval *ev, const Env *env, NodeId node, Sim *sim, const cha
     Value value = member_value(ev, sim, &each);
     variable->outside = value_is(&value, VALUE_LIST) ? value.list : NULL;
     return value;
+}
+
+// ---- Members of transforms
+
+bool eval_transform_member(Eval *ev, const Value *transform, const char *member, Value *value) {
+    Dag *dag = ev->dag;
+    RefMap map = *transform->map, rate;
+    Ref3 at = ref3(map.m[0][3], map.m[1][3], map.m[2][3]);
+    if (strcmp(member, "pos") == 0) {
+        *value = value_from3(VALUE_VEC, at);
+        return true;
+    }
+    if (strcmp(member, "vel") != 0 && strcmp(member, "spin") != 0) {
+        return false;
+    }
+    for (int i = 0; i < 12; i++) {
+        rate.m[i / 4][i % 4] = dag_diff(dag, map.m[i / 4][i % 4], IN_T, 1e-4, NULL);
+    }
+    if (strcmp(member, "vel") == 0) {
+        *value = value_from3(VALUE_VEC, ref3(rate.m[0][3], rate.m[1][3], rate.m[2][3]));
+        return true;
+    }
+    // The rate of a rotation R is the cross product with the spin: R' R^T = [spin]x.
+    Ref3 row[3], change[3];
+    for (int i = 0; i < 3; i++) {
+        row[i] = ref3(map.m[i][0], map.m[i][1], map.m[i][2]);
+        change[i] = ref3(rate.m[i][0], rate.m[i][1], rate.m[i][2]);
+    }
+    *value = value_from3(VALUE_VEC, ref3(spatial_dot(dag, change[2], row[1]),
+                                         spatial_dot(dag, change[0], row[2]),
+                                         spatial_dot(dag, change[1], row[0])));
+    return true;
 }

@@ -12,6 +12,7 @@
 #include "lang/simulator.h"
 
 typedef struct Sim Sim;
+struct Given; // lang/object.h
 
 // Binds the name of a NODE_SIM.
 void eval_sim_declare(Eval *ev, const Env *env, NodeId statement);
@@ -24,6 +25,10 @@ Value eval_sim_member(Eval *ev, const Env *env, NodeId node, Sim *sim, const cha
 
 // The item of a list that has `each`, at an index that is not constant.
 Value eval_sim_at(Eval *ev, const List *list, Ref index);
+
+// pos, vel or spin of a transform: where it takes the origin, the rate of that per second, and the
+// angular velocity of its rotation (radians per second; it must not scale). False: no such member.
+bool eval_transform_member(Eval *ev, const Value *transform, const char *member, Value *value);
 
 // ---- Between the files lang/eval_sim*.c
 
@@ -40,6 +45,16 @@ typedef struct {
         *outside; // the members, read in the block and elsewhere; made when asked for
 } SimVariable;
 
+// Bodies of one label: one, or those of indices 0, 1, 2...
+typedef struct {
+    Symbol name;
+    bool is_list;
+    uint32_t n;
+    uint32_t *members;  // [n] by index, of the tracks
+    const List *values; // made when asked for
+    size_t capacity;
+} SimGroup;
+
 struct Sim {
     Symbol name;
     const Module *module;
@@ -50,7 +65,11 @@ struct Sim {
     bool has_count;
     uint32_t n_variables;
     SimVariable *variables;
-    SimState spec;
+    SimState spec;  // of a sim state
+    SimRigid rigid; // of a sim rigid
+    bool is_rigid;
+    uint32_t n_groups;
+    SimGroup *groups;
     Hash128 key;
     SimTracks tracks;
     Ref alive;    // of the member IN_X at t
@@ -59,5 +78,11 @@ struct Sim {
 
 // lang/eval_sim_state.c: evaluates the block. False: reported, or asked for.
 bool eval_sim_state(Eval *ev, Sim *sim);
+// lang/eval_sim_rigid.c: likewise.
+bool eval_sim_rigid(Eval *ev, Sim *sim);
+
+// The span of a simulation, low to high, from its property (NULL: not given) or the film. False:
+// reported.
+bool eval_sim_span(Eval *ev, const struct Given *given, double *low, double *high);
 
 #endif

@@ -5,7 +5,6 @@
 
 #include "lang/dag_nodes.h"
 #include "lang/eval_sim.h"
-#include "lang/lower_parts.h"
 #include "lang/object.h"
 
 enum { MAX_NAMES = 64, MAX_VARIABLES = 64, MAX_EVENTS = 256, MAX_ASSIGNED = 1024 };
@@ -180,21 +179,11 @@ static void read_settings(Block *b) {
     Eval *ev = b->ev;
     SimState *spec = &b->sim->spec;
     const Given *span = object_given(&b->object, PROPERTY_SIM_STATE_SPAN);
-    const FilmSettings *film = &ev->lowering->scene->film;
     b->sim->has_count = object_given(&b->object, PROPERTY_SIM_STATE_COUNT) != NULL;
     spec->n_members = (uint32_t)number_of(b, PROPERTY_SIM_STATE_COUNT, 1);
     spec->tolerance = number_of(b, PROPERTY_SIM_STATE_TOLERANCE, 1e-6);
     spec->is_stiff = number_of(b, PROPERTY_SIM_STATE_STIFF, 0) != 0;
-    spec->high = fmax((double)(film->last_frame + 1), 1) / film->fps;
-    if (span && value_is(&span->value, VALUE_RANGE)) {
-        dag_is_const(ev->dag, span->value.range->low, &spec->low);
-        dag_is_const(ev->dag, span->value.range->high, &spec->high);
-        if (!(spec->low < spec->high)) {
-            eval_error(ev, &span->env, span->node, NULL,
-                       "the span is empty: it goes from %.9g s to %.9g s", spec->low, spec->high);
-            b->is_bad = true;
-        }
-    }
+    b->is_bad = !eval_sim_span(ev, span, &spec->low, &spec->high) || b->is_bad;
     for (uint32_t i = 0; i < b->object.n_given; i++) {
         b->is_bad = b->is_bad || value_is_poison(&b->object.given[i].value);
     }

@@ -47,6 +47,7 @@ typedef enum {
     PROPERTY_TYPE_LIST,
     PROPERTY_TYPE_WORD, // one of a few bare words; its value is a string
     PROPERTY_TYPE_WORD_OR_NUMBER,
+    PROPERTY_TYPE_TRANSFORM, // or a rotation
     PROPERTY_TYPE_ANY
 } PropertyType;
 

@@ -197,7 +197,8 @@ static void tell(void *context, double part) {
 static bool run(SimCache *cache, Arena *arena, const SimJob *job, SimTracks *tracks,
                 SimFailure *failure) {
     Told told = {cache->progress, job->name, -1};
-    bool is_fine = sim_state_run(arena, job->state, tell, &told, tracks, failure);
+    bool is_fine = job->rigid ? sim_rigid_run(arena, job->rigid, tell, &told, tracks, failure)
+                              : sim_state_run(arena, job->state, tell, &told, tracks, failure);
     if (told.percent >= 0) {
         fputs("\r\033[K", told.to);
     }
@@ -207,7 +208,7 @@ static bool run(SimCache *cache, Arena *arena, const SimJob *job, SimTracks *tra
 static bool find(void *context, Arena *arena, const SimJob *job, SimTracks *tracks,
                  SimFailure *failure) {
     SimCache *cache = context;
-    const char *library = sim_state_library();
+    const char *library = job->rigid ? sim_rigid_library() : sim_state_library();
     const uint64_t version = VERSION;
     Hash128 key = job->key;
     char text[33], message[MESSAGE];

@@ -4,11 +4,13 @@
 #define LANG_SIMULATOR_H
 
 #include "lang/hash.h"
+#include "render/sim_rigid.h"
 #include "render/sim_state.h"
 
 typedef struct {
-    const char *name; // as the script has it
-    const SimState *state;
+    const char *name;      // as the script has it
+    const SimState *state; // one of both
+    const SimRigid *rigid;
     Hash128 key; // of all that the result depends on, but for libraries
 } SimJob;
 
