@@ -88,7 +88,8 @@ static void load(Session *session, LoadedScene *loaded) {
     bool is_quiet = option_flag(options, OPTION_QUIET);
     session->sims = (SimCache){
         .folder = sim_cache_folder(session->arena, values[OPTION_CACHE].text),
-        .progress = !is_quiet && isatty(STDERR_FILENO) ? stderr : NULL,
+        .progress =
+            !is_quiet && !values[OPTION_PROGRESS].is_set && isatty(STDERR_FILENO) ? stderr : NULL,
         .list = options->command == COMMAND_SIM && !is_quiet ? stdout : NULL,
         .reports = stderr,
     };

@@ -190,7 +190,7 @@ test_rigid_mistakes() {
     refused "$start body B { box { } } joint hing J { a = B } }" 'there is no joint hing'
     refused "$start fixed { plane { } } }" 'no bodies that move'
     refused "$start box { } }" 'holds body, fixed and joint'
-    refused "$start $body sphere { pose = S.C }" "did you mean 'B'"
+    refused "$start $body sphere { pose = S.C }" "S has no member 'C'"
     refused "$start $body sphere { pose = 3 }" 'pose is a transform'
     refused "$start $body sphere { radius = S.B.speed }" 'a transform has .pos, .vel and .spin'
 }
