@@ -14,7 +14,8 @@ CXX ?= c++
 
 # The one list of system packages (Debian 12, Ubuntu 24.04).
 PACKAGES := gcc g++ make pkg-config libopenexr-dev libopenimageio-dev libsleef-dev libassimp-dev \
-            zlib1g-dev libcmocka-dev mandoc clang-format clang libclang-rt-dev
+            zlib1g-dev libsundials-dev libode-dev libcmocka-dev mandoc clang-format clang \
+            libclang-rt-dev
 # For the benchmarks alone.
 BENCH_PACKAGES := libembree-dev
 
@@ -36,10 +37,11 @@ COMMON := -I. -MMD -MP -fopenmp -fPIC -ffp-contract=off -fno-math-errno $(WARNIN
 ALL_CFLAGS = -std=c11 -pedantic -D_XOPEN_SOURCE=700 -Wstrict-prototypes -Wmissing-prototypes \
              $(COMMON) $(CFLAGS)
 ALL_CXXFLAGS = -std=c++17 $(COMMON) $(CXXFLAGS)
-LDLIBS := -lOpenEXRCore-3_1 -lsleef -lz -lm -ldl $(LDLIBS_$(config))
+LDLIBS := -lOpenEXRCore-3_1 -lsleef -lz -lsundials_cvode -lsundials_nvecserial \
+          -lsundials_sunnonlinsolfixedpoint -lsundials_sunlinsolspgmr -lm -ldl $(LDLIBS_$(config))
 
 # Files that are loaded when first needed, each a shared object of its own.
-PLUGINS := render/image_oiio.cpp render/mesh_assimp.c
+PLUGINS := render/image_oiio.cpp render/mesh_assimp.c render/sim_ode.c
 # Files named *_avx2.c (and *_avx512.c) are the only ones compiled for that instruction set.
 ISA_avx2 := -mavx2 -mfma -mf16c -mbmi -mbmi2
 ISA_avx512 := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mfma
@@ -63,7 +65,7 @@ all: st4
 st4: $(B)/st4
 	@ln -sfn $(B)/st4 st4
 
-$(B)/st4: $(OBJECTS) $(B)/st4-image.so $(B)/st4-assimp.so
+$(B)/st4: $(OBJECTS) $(B)/st4-image.so $(B)/st4-assimp.so $(B)/st4-ode.so
 	$(CC) $(ALL_CFLAGS) -o $@ $(OBJECTS) $(LDFLAGS) -Wl,--as-needed $(LDLIBS)
 
 $(B)/st4-image.so: $(B)/render/image_oiio.o
@@ -72,7 +74,10 @@ $(B)/st4-image.so: $(B)/render/image_oiio.o
 $(B)/st4-assimp.so: $(B)/render/mesh_assimp.o
 	$(CC) -shared $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lassimp
 
-$(B)/st4-tests: $(TESTS) $(LIBRARY) | $(B)/st4-image.so $(B)/st4-assimp.so
+$(B)/st4-ode.so: $(B)/render/sim_ode.o
+	$(CC) -shared $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lode -lm
+
+$(B)/st4-tests: $(TESTS) $(LIBRARY) | $(B)/st4-image.so $(B)/st4-assimp.so $(B)/st4-ode.so
 	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lcmocka $(LDLIBS)
 
 # Its allocations can be counted: tests/stability/counted.h.
@@ -127,7 +132,7 @@ test-stability: $(B)/st4-stability
 # ---- Fuzzing: the whole language in one process, by clang's libFuzzer (tests/fuzz/fuzz_scene.c).
 # What it finds is kept in build/fuzz/corpus, from which the next call goes on.
 FUZZED := $(filter-out $(MAIN) lang/command% lang/session.c lang/options.c lang/help.c \
-            lang/frame_list.c,$(wildcard lang/*.c)) $(wildcard render/program*.c) \
+            lang/frame_list.c lang/sim_cache.c,$(wildcard lang/*.c)) $(wildcard render/program*.c) \
           $(filter-out %/mesh_child.c %/mesh_assimp.c,$(wildcard render/mesh*.c)) \
           render/point_cache.c render/shutter.c accel/arena_array.c
 FUZZER := $(wildcard tests/fuzz/*.c)
@@ -187,4 +192,4 @@ clean:
 	rm -rf build st4
 
 -include $(patsubst %.o,%.d,$(OBJECTS) $(FUZZ_OBJECTS) $(TESTS) $(STABILITY) \
-    $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o)
+    $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o $(B)/render/sim_ode.o)

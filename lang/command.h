@@ -18,6 +18,7 @@ int command_render(Arena *arena, const Options *options);
 int command_check(Arena *arena, const Options *options);
 int command_info(Arena *arena, const Options *options);
 int command_eval(Arena *arena, const Options *options);
+int command_sim(Arena *arena, const Options *options);
 int command_mesh(Arena *arena, const Options *options);
 int command_fmt(Arena *arena, const Options *options);
 int command_depends(Arena *arena, const Options *options);

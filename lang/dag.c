@@ -176,7 +176,7 @@ static uint32_t intern_table(Dag *dag, const double *values, uint32_t n) {
     double *copy = ARENA_ARRAY(dag->arena, n, double);
     memcpy(copy, values, size);
     dag->table_slots[i] = (uint32_t)dag->n_tables;
-    return add_table(dag, (ProgramTable){copy, n, false});
+    return add_table(dag, (ProgramTable){copy, n, false, 0});
 }
 
 static uint32_t search(const double *values, uint32_t n, double x) {
@@ -231,7 +231,12 @@ Ref dag_column(Dag *dag, Ref a, const double *values, uint32_t n) {
     Ref known = fold_table(dag, OP_TABLE, a, values, n);
     return known != REF_NONE ? known
                              : intern(dag, OP_TABLE, a,
-                                      add_table(dag, (ProgramTable){values, n, true}), REF_NONE);
+                                      add_table(dag, (ProgramTable){values, n, true, 0}), REF_NONE);
+}
+
+Ref dag_live(Dag *dag, Ref a, const double *values, uint32_t n, uint32_t which) {
+    ProgramTable table = {values, n, true, which + 1};
+    return intern(dag, OP_TABLE, a, add_table(dag, table), REF_NONE);
 }
 
 Ref dag_table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n) {
@@ -495,7 +500,8 @@ Ref dag_op(Dag *dag, Op op, Ref a, Ref b, Ref c) {
 Ref dag_rebuild(Dag *dag, const DagNode *node, const Ref operands[3]) {
     if (node->op == OP_SEARCH || node->op == OP_TABLE) {
         ProgramTable table = dag->tables[node->b];
-        Ref known = fold_table(dag, (Op)node->op, operands[0], table.values, table.n);
+        Ref known = table.live ? REF_NONE
+                               : fold_table(dag, (Op)node->op, operands[0], table.values, table.n);
         if (table.is_lasting) {
             return known != REF_NONE ? known
                                      : intern(dag, (Op)node->op, operands[0], node->b, node->c);

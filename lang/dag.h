@@ -14,6 +14,7 @@
 #include <stdint.h>
 
 #include "accel/arena.h"
+#include "lang/hash.h"
 #include "render/program.h"
 
 typedef struct Dag Dag;
@@ -33,6 +34,9 @@ Ref dag_table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n);
 // A TABLE whose values (n >= 1) last longer than every program compiled from the graph: they are
 // neither copied nor compared with other tables.
 Ref dag_column(Dag *dag, Ref a, const double *values, uint32_t n);
+// A TABLE of n values that change between the runs of a program, the state of a simulation: nothing
+// of it is folded. which: tells it from others in dag_hash.
+Ref dag_live(Dag *dag, Ref a, const double *values, uint32_t n, uint32_t which);
 // SEARCH for pieces that join smoothly: what is built on it does not jump or bend at its steps, so
 // they are no breaks.
 Ref dag_search_unseen(Dag *dag, Ref a, const double *values, uint32_t n);
@@ -51,6 +55,10 @@ Ref dag_diff(Dag *dag, Ref ref, Input input, double step, bool *opaque);
 Ref dag_substitute(Dag *dag, Ref ref, Input input, Ref with);
 // The same for several inputs at once (simultaneously).
 Ref dag_substitute_all(Dag *dag, Ref ref, const Input *inputs, const Ref *with, uint32_t n);
+
+// Adds what the expressions compute, whatever else the graph holds: operations, constants, tables
+// by their values (live ones by what tells them apart).
+void dag_hash(const Dag *dag, const Ref *refs, uint32_t n, Hash128 *hash);
 
 // One expression that is refs[i] where index is i, for i < n: constants become tables. REF_NONE:
 // the expressions are not alike enough.

@@ -74,7 +74,7 @@ int16_t dag_node_bound(const Dag *dag, const DagNode *n) {
     case OP_INPUT:
         return bound_of_input((Input)n->a);
     case OP_TABLE:
-        return bound_of_table(&dag->tables[n->b]);
+        return dag->tables[n->b].live ? BOUND_NONE : bound_of_table(&dag->tables[n->b]);
     case OP_SEARCH:
         return 32;
     case OP_LT:

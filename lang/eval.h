@@ -54,11 +54,12 @@ typedef struct {
     bool reads_film;      // the film is evaluated before everything else: now
     bool has_bad_file;    // an included file could not be parsed
     bool has_failed_file; // a file was missing or damaged
-    struct GivenBlock *free_given; // lang/eval_property.c
-    Loops *loops;                  // batched, around the place where the walk is
-    const struct RunLoop *runs;    // those of them that are runs
-    struct Loader *loader;         // lang/loader.h
-    struct Watches *watches;       // lang/watch.h
+    struct GivenBlock *free_given;     // lang/eval_property.c
+    Loops *loops;                      // batched, around the place where the walk is
+    const struct RunLoop *runs;        // those of them that are runs
+    struct Loader *loader;             // lang/loader.h
+    struct Watches *watches;           // lang/watch.h
+    const struct Simulator *simulator; // lang/simulator.h; NULL: nothing is simulated
     Scope *predefined;
     const Node *material_callee; // the function of the call that a material is expected of, or NULL
 } Eval;
@@ -76,7 +77,6 @@ Value eval_error(Eval *ev, const Env *env, NodeId node, const char *hint, const 
     __attribute__((format(printf, 5, 6)));
 Value eval_error_at(Eval *ev, Span where, const char *hint, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
-
 // Counts a step of work; false: they ran out (reported), be silent.
 bool eval_step(Eval *ev, const Env *env, NodeId node);
 
@@ -84,7 +84,7 @@ bool eval_step(Eval *ev, const Env *env, NodeId node);
 typedef enum { KNOWN, KNOWN_LATER, KNOWN_NEVER } Known;
 Known eval_known(Eval *ev, Ref ref, double *x);
 
-// A number that must be known; false: reported (or asked for). what: "the end of a range".
+// A number that must be known; false: reported, or asked for. what: "the end of a range".
 bool eval_need(Eval *ev, const Env *env, NodeId node, Ref ref, const char *what, double *x);
 bool eval_need_bool(Eval *ev, const Env *env, NodeId node, const Value *value, const char *what,
                     const char *hint, bool *x);

@@ -7,6 +7,7 @@
 
 #include "lang/builtins.h"
 #include "lang/eval_run.h"
+#include "lang/eval_sim.h"
 #include "lang/loader.h"
 #include "lang/lower.h"
 
@@ -78,9 +79,8 @@ void eval_declare(Eval *ev, const Env *env, NodeId block) {
         case NODE_INCLUDE:
             loader_include(ev, env, statement);
             break;
-        case NODE_SIM: // what reads its members is silent: the sim itself is reported
-            eval_bind_name(ev, env, statement, syntax->extra[syntax_node(syntax, statement)->a + 2],
-                           BINDING_ARGUMENT);
+        case NODE_SIM:
+            eval_sim_declare(ev, env, statement);
             break;
         default:
             continue;
@@ -92,7 +92,7 @@ void eval_declare(Eval *ev, const Env *env, NodeId block) {
 // ---- Choices and loops
 
 // The block that an `if` chooses, 0: none, or its condition is not known (reported, or asked for).
-static NodeId chosen_block(Eval *ev, const Env *env, NodeId statement) {
+NodeId eval_chosen_block(Eval *ev, const Env *env, NodeId statement) {
     const Node *node = syntax_node(env->module->syntax, statement);
     const uint32_t *extra = env->module->syntax->extra + node->b;
     Value condition = eval_expr(ev, env, node->a);
@@ -106,7 +106,7 @@ static NodeId chosen_block(Eval *ev, const Env *env, NodeId statement) {
         return extra[0];
     }
     if (extra[1] && syntax_node(env->module->syntax, extra[1])->kind == NODE_IF) {
-        return chosen_block(ev, env, extra[1]);
+        return eval_chosen_block(ev, env, extra[1]);
     }
     return extra[1];
 }
@@ -115,7 +115,7 @@ static Env inner(Eval *ev, const Env *env) {
     return (Env){env->module, scope_new(ev->arena, env->scope)};
 }
 
-static void bind_loop(Eval *ev, const Env *env, NodeId statement, Value value) {
+void eval_bind_loop(Eval *ev, const Env *env, NodeId statement, Value value) {
     const Node *node = syntax_node(env->module->syntax, statement);
     Binding *binding = scope_bind(ev->arena, env->scope, node->a, BINDING_LOOP);
     binding->module = env->module;
@@ -123,11 +123,11 @@ static void bind_loop(Eval *ev, const Env *env, NodeId statement, Value value) {
     binding->value = value;
 }
 
-static NodeId loop_block(const Env *env, NodeId statement) {
+NodeId eval_loop_block(const Env *env, NodeId statement) {
     return env->module->syntax->extra[syntax_node(env->module->syntax, statement)->b + 1];
 }
 
-static bool loop_sequence(Eval *ev, const Env *env, NodeId statement, Sequence *sequence) {
+bool eval_loop_sequence(Eval *ev, const Env *env, NodeId statement, Sequence *sequence) {
     const Node *node = syntax_node(env->module->syntax, statement);
     NodeId iterated = env->module->syntax->extra[node->b];
     if (is_reserved(ev, node->a)) {
@@ -189,13 +189,13 @@ static bool joins(const Syntax *syntax, NodeId block) {
 
 static void gather_loop(Eval *ev, const Env *env, Object *object, NodeId statement) {
     Sequence sequence;
-    NodeId block = loop_block(env, statement);
-    if (!joins(env->module->syntax, block) || !loop_sequence(ev, env, statement, &sequence)) {
+    NodeId block = eval_loop_block(env, statement);
+    if (!joins(env->module->syntax, block) || !eval_loop_sequence(ev, env, statement, &sequence)) {
         return;
     }
     for (uint32_t i = 0; i < sequence.n && eval_step(ev, env, statement); i++) {
         Env inside = inner(ev, env);
-        bind_loop(ev, &inside, statement, sequence_item(ev, &sequence, i));
+        eval_bind_loop(ev, &inside, statement, sequence_item(ev, &sequence, i));
         eval_declare(ev, &inside, block);
         eval_gather(ev, &inside, object, block);
     }
@@ -226,7 +226,7 @@ void eval_gather(Eval *ev, const Env *env, Object *object, NodeId block) {
             loader_gather(ev, env, object, statement);
             break;
         case NODE_IF: {
-            NodeId chosen = chosen_block(ev, env, statement);
+            NodeId chosen = eval_chosen_block(ev, env, statement);
             if (chosen) {
                 Env inside = inner(ev, env);
                 eval_declare(ev, &inside, chosen);
@@ -245,7 +245,7 @@ void eval_gather(Eval *ev, const Env *env, Object *object, NodeId block) {
 
 static void emit_values(Eval *ev, const Env *env, const Place *place, NodeId statement,
                         const Sequence *sequence, bool has_objects, const char *name) {
-    NodeId block = loop_block(env, statement);
+    NodeId block = eval_loop_block(env, statement);
     unsigned n_errors = diag_n_errors(ev->diag); // the first value with a mistake is enough
     for (uint32_t i = 0;
          i < sequence->n && diag_n_errors(ev->diag) == n_errors && eval_step(ev, env, statement);
@@ -253,7 +253,7 @@ static void emit_values(Eval *ev, const Env *env, const Place *place, NodeId sta
         Env inside = inner(ev, env);
         Place here = *place;
         here.suffix = arena_printf(ev->arena, "%s[%u]", place->suffix, i);
-        bind_loop(ev, &inside, statement, sequence_item(ev, sequence, i));
+        eval_bind_loop(ev, &inside, statement, sequence_item(ev, sequence, i));
         eval_declare(ev, &inside, block);
         eval_emit(ev, &inside, &here, block, has_objects, name);
     }
@@ -282,9 +282,10 @@ static bool emit_batch(Eval *ev, const Env *env, const Place *place, NodeId stat
                      NULL};
     LoweringMark mark = lowering_mark(ev->lowering);
     Env inside = inner(ev, env);
-    NodeId block = loop_block(env, statement);
-    bind_loop(ev, &inside, statement,
-              value_scalar(sequence->type, dag_input(ev->dag, (Input)(IN_LOOP0 + loops->depth))));
+    NodeId block = eval_loop_block(env, statement);
+    eval_bind_loop(
+        ev, &inside, statement,
+        value_scalar(sequence->type, dag_input(ev->dag, (Input)(IN_LOOP0 + loops->depth))));
     ev->loops = loops;
     eval_declare(ev, &inside, block);
     eval_emit(ev, &inside, place, block, has_objects, name);
@@ -303,7 +304,7 @@ static bool emit_batch(Eval *ev, const Env *env, const Place *place, NodeId stat
 static void emit_loop(Eval *ev, const Env *env, const Place *place, NodeId statement,
                       bool has_objects, const char *name) {
     Sequence sequence;
-    if (!loop_sequence(ev, env, statement, &sequence) || sequence.n == 0) {
+    if (!eval_loop_sequence(ev, env, statement, &sequence) || sequence.n == 0) {
         return;
     }
     uint32_t depth = ev->loops ? ev->loops->depth + 1 : 0;
@@ -370,10 +371,6 @@ static void emit_unsupported(Eval *ev, const Env *env, NodeId statement) {
     const Node *node = syntax_node(env->module->syntax, statement);
     Span where = {node->lo, node->lo + 1};
     switch (node->kind) {
-    case NODE_SIM:
-        eval_error_at(ev, syntax_word_span(env->module->syntax, node->lo), NULL,
-                      "not supported yet: sim");
-        break;
     case NODE_CLIP:
         eval_error_at(ev, syntax_word_span(env->module->syntax, node->lo), NULL,
                       "not supported yet: clip");
@@ -408,7 +405,7 @@ void eval_emit_statement(Eval *ev, const Env *env, const Place *place, NodeId st
         eval_emit_run(ev, env, place, statement, has_objects, name);
         break;
     case NODE_IF: {
-        NodeId chosen = chosen_block(ev, env, statement);
+        NodeId chosen = eval_chosen_block(ev, env, statement);
         if (chosen) {
             Env inside = inner(ev, env);
             eval_declare(ev, &inside, chosen);
@@ -426,6 +423,8 @@ void eval_emit_statement(Eval *ev, const Env *env, const Place *place, NodeId st
         emit_assert(ev, env, node);
         break;
     case NODE_SIM:
+        eval_sim_emit(ev, env, statement);
+        break;
     case NODE_JOINT:
     case NODE_WHEN:
     case NODE_CLIP:

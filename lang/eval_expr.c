@@ -9,6 +9,7 @@
 #include "lang/builtins.h"
 #include "lang/eval_keys.h"
 #include "lang/eval_run.h"
+#include "lang/eval_sim.h"
 #include "lang/lower.h"
 #include "lang/watch.h"
 
@@ -79,6 +80,9 @@ Value eval_binding(Eval *ev, Binding *binding, Scope *at, const Env *env, NodeId
     case BINDING_MODULE:
         return eval_error(ev, env, node, arena_printf(ev->arena, "write %s.NAME", name),
                           "'%s' is an included file, not a value", name);
+    case BINDING_SIM:
+        return eval_error(ev, env, node, arena_printf(ev->arena, "write %s.NAME", name),
+                          "'%s' is a simulation, not a value", name);
     default:
         return binding->value;
     }
@@ -299,6 +303,9 @@ static Value eval_member(Eval *ev, const Env *env, NodeId id, const Node *node) 
             return inner ? eval_binding(ev, inner, binding->members, env, id)
                          : unknown_member(ev, env, id, binding->members, object->a, member);
         }
+        if (binding && binding->kind == BINDING_SIM) {
+            return eval_sim_member(ev, env, id, binding->sim, member);
+        }
         if (!binding && object->a == ev->kind_names[OBJECT_FILM]) {
             return lower_film_member(ev, env, id, member);
         }
@@ -307,11 +314,16 @@ static Value eval_member(Eval *ev, const Env *env, NodeId id, const Node *node) 
     if (value_is_poison(&value)) {
         return value;
     }
+    if (value_is(&value, VALUE_TRANSFORM) && eval_transform_member(ev, &value, member, &value)) {
+        return value;
+    }
     int i = component_index(&value, member);
     if (i < 0) {
         return eval_error(ev, env, id,
                           value.n >= 2 && value.n <= 4 ? "components are .x .y .z .w, or .r .g .b"
-                                                       : NULL,
+                          : value_is(&value, VALUE_TRANSFORM)
+                              ? "a transform has .pos, .vel and .spin"
+                              : NULL,
                           "%s has no member '%s'", value_describe(ev->arena, &value), member);
     }
     Value component = value_scalar(VALUE_NUMBER, value.ref[i]);
@@ -378,6 +390,9 @@ static Value eval_index(Eval *ev, const Env *env, NodeId id, const Node *node) {
         list = make_list(ev, items, list.n);
     }
     double at = 0;
+    if (list.list->each && !dag_is_const(ev->dag, index.ref[0], NULL)) {
+        return eval_sim_at(ev, list.list, index.ref[0]);
+    }
     Known known = eval_known(ev, index.ref[0], &at);
     if (known == KNOWN_LATER) {
         return value_poison();

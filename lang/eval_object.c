@@ -34,13 +34,21 @@ static const Given *innermost(const Given *outer, const Object *object, Property
     return given ? given : outer;
 }
 
+static void join_map(Eval *ev, Place *place, const RefMap *map) {
+    place->map = place->is_identity ? *map : spatial_map_compose(ev->dag, &place->map, map);
+    place->is_identity = false;
+}
+
 Place place_within(Eval *ev, const Place *place, const Object *object) {
     Place within = *place;
     bool is_surface = object->kind == OBJECT_SURFACE, is_mesh = object->kind == OBJECT_MESH;
+    const Given *pose = object_given(object, PROPERTY_OBJECT_POSE);
+    RefMap map;
+    if (pose && value_as_map(ev->dag, &pose->value, &map)) {
+        join_map(ev, &within, &map);
+    }
     if (!object->is_identity) {
-        within.map = place->is_identity ? object->map
-                                        : spatial_map_compose(ev->dag, &place->map, &object->map);
-        within.is_identity = false;
+        join_map(ev, &within, &object->map);
     }
     const Given *visible = object_given(object, PROPERTY_ANY_VISIBLE);
     if (visible && value_is(&visible->value, VALUE_BOOL)) {

@@ -260,6 +260,20 @@ static bool check_function(Eval *ev, const Env *env, NodeId node, const Property
     return true;
 }
 
+static bool check_transform(Eval *ev, const Env *env, NodeId node, const PropertyInfo *info,
+                            Value *value) {
+    if (!value_is(value, VALUE_TRANSFORM) && !value_is(value, VALUE_ROTATION)) {
+        return wrong_type(ev, env, node, info, value);
+    }
+    uint32_t read = value_inputs(ev->dag, value) & ~(uint32_t)MOTION_INPUTS;
+    if (read) {
+        eval_error(ev, env, node, NULL, "%s can not depend on %s", info->name,
+                   eval_input_name(read));
+        return false;
+    }
+    return true;
+}
+
 static bool check_value(Eval *ev, const Env *env, NodeId node, const PropertyInfo *info,
                         Value *value) {
     switch (info->type) {
@@ -285,6 +299,8 @@ static bool check_value(Eval *ev, const Env *env, NodeId node, const PropertyInf
         return check_function(ev, env, node, info, value);
     case PROPERTY_TYPE_WORD_OR_FUNCTION:
         return value_is(value, VALUE_STRING) || check_function(ev, env, node, info, value);
+    case PROPERTY_TYPE_TRANSFORM:
+        return check_transform(ev, env, node, info, value);
     case PROPERTY_TYPE_LIST:
         return value_is(value, VALUE_LIST) || wrong_type(ev, env, node, info, value);
     default:

@@ -12,6 +12,7 @@ enum { MOTION_INPUTS = 1u << IN_T | 1u << IN_FILM_T | 15u << IN_LOOP0 };
 
 typedef struct {
     const Value *at, *color; // [n]; color: NULL, or n of them
+    const List *at_list, *color_list;
     uint32_t n;
     Ref radius;
 } Points;
@@ -58,6 +59,7 @@ static bool read_points(Eval *ev, const Object *object, Points *points) {
         return false;
     }
     points->at = at->value.list->items;
+    points->at_list = at->value.list;
     points->n = at->value.list->n;
     points->color = NULL;
     if (color) {
@@ -70,12 +72,18 @@ static bool read_points(Eval *ev, const Object *object, Points *points) {
             return false;
         }
         points->color = color->value.list->items;
+        points->color_list = color->value.list;
     }
     return true;
 }
 
 // One expression for component k of all items; false: they are not alike.
-static bool zip_component(Eval *ev, const Value *items, uint32_t n, int k, Ref index, Ref *out) {
+static bool zip_component(Eval *ev, const List *list, uint32_t n, int k, Ref index, Ref *out) {
+    const Value *items = list->items;
+    if (list->each) {
+        *out = dag_substitute(ev->dag, list->each->ref[k], IN_X, index);
+        return true;
+    }
     Ref *refs = ARENA_ARRAY(ev->arena, n, Ref);
     for (uint32_t i = 0; i < n; i++) {
         refs[i] = items[i].ref[k];
@@ -86,27 +94,36 @@ static bool zip_component(Eval *ev, const Value *items, uint32_t n, int k, Ref i
 
 static bool zip_form(Eval *ev, const Points *points, Ref index, Form *form) {
     for (int k = 0; k < 3; k++) {
-        if (!zip_component(ev, points->at, points->n, k, index, &form->geometry[k]) ||
+        if (!zip_component(ev, points->at_list, points->n, k, index, &form->geometry[k]) ||
             (points->color &&
-             !zip_component(ev, points->color, points->n, k, index, &form->color[k]))) {
+             !zip_component(ev, points->color_list, points->n, k, index, &form->color[k]))) {
             return false;
         }
     }
     return true;
 }
 
-static Form sphere_of(const Points *points) {
+// A point of a simulation that is not there has no radius.
+static Ref radius_at(Eval *ev, const Points *points, Ref index) {
+    if (!points->at_list->each) {
+        return points->radius;
+    }
+    Ref alive = dag_substitute(ev->dag, points->at_list->alive, IN_X, index);
+    return dag_op(ev->dag, OP_SELECT, alive, points->radius, dag_const(ev->dag, 0));
+}
+
+static Form sphere_of(Eval *ev, const Points *points, Ref index) {
     return (Form){.kind = SHAPE_SPHERE,
                   .vertex = {REF_NONE, REF_NONE, REF_NONE},
                   .color = {REF_NONE, REF_NONE, REF_NONE},
-                  .geometry = {REF_NONE, REF_NONE, REF_NONE, points->radius},
+                  .geometry = {REF_NONE, REF_NONE, REF_NONE, radius_at(ev, points, index)},
                   .n_geometry = 4};
 }
 
 static void emit_each(Eval *ev, const Object *object, const Place *place, const char *label,
                       const Points *points, LowerEmit *emit) {
     for (uint32_t i = 0; i < points->n; i++) {
-        Form form = sphere_of(points);
+        Form form = sphere_of(ev, points, dag_const(ev->dag, i));
         memcpy(form.geometry, points->at[i].ref, 3 * sizeof(Ref));
         if (points->color) {
             memcpy(form.color, points->color[i].ref, 3 * sizeof(Ref));
@@ -130,8 +147,8 @@ void lower_points(Eval *ev, const Object *object, const Place *place, const char
         }
         return;
     }
-    Form form = sphere_of(&points);
     Ref index = dag_input(ev->dag, (Input)(IN_LOOP0 + depth));
+    Form form = sphere_of(ev, &points, index);
     if (points.n == 1 || !zip_form(ev, &points, index, &form)) {
         emit_each(ev, object, place, label, &points, emit);
         return;

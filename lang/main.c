@@ -58,6 +58,8 @@ static int run(Arena *arena, const Options *options) {
         return command_info(arena, options);
     case COMMAND_EVAL:
         return command_eval(arena, options);
+    case COMMAND_SIM:
+        return command_sim(arena, options);
     case COMMAND_MESH:
         return command_mesh(arena, options);
     case COMMAND_FMT:

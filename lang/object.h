@@ -7,7 +7,7 @@
 #include "lang/eval.h"
 
 // A property as given by the script.
-typedef struct {
+typedef struct Given {
     PropertyId id;
     Value value;
     Span name, where; // of the name, of the value
@@ -92,6 +92,12 @@ void eval_emit(Eval *ev, const Env *env, const Place *place, NodeId block, bool 
 
 void eval_emit_statement(Eval *ev, const Env *env, const Place *place, NodeId statement,
                          bool has_objects, const char *name);
+// The block that an `if` chooses, 0: none, or its condition is not known (reported, or asked for).
+NodeId eval_chosen_block(Eval *ev, const Env *env, NodeId statement);
+// What a `for` goes over (false: reported, or asked for); its body; its variable.
+bool eval_loop_sequence(Eval *ev, const Env *env, NodeId statement, Sequence *sequence);
+NodeId eval_loop_block(const Env *env, NodeId statement);
+void eval_bind_loop(Eval *ev, const Env *env, NodeId statement, Value value);
 // After a statement: the next one's mistakes are its own.
 void eval_statement_ends(Eval *ev);
 

@@ -37,6 +37,7 @@ enum {
     ON_RENDER = 1 << COMMAND_RENDER,
     ON_CHECK = 1 << COMMAND_CHECK,
     ON_INFO = 1 << COMMAND_INFO,
+    ON_SIM = 1 << COMMAND_SIM,
     ON_EVAL = 1 << COMMAND_EVAL,
     ON_MESH = 1 << COMMAND_MESH,
     ON_FMT = 1 << COMMAND_FMT,
@@ -44,7 +45,8 @@ enum {
     ON_COMPARE = 1 << COMMAND_COMPARE,
     ON_MERGE = 1 << COMMAND_MERGE,
     ON_SCENE = ON_RENDER | ON_CHECK,
-    ON_LOAD = ON_SCENE | ON_INFO | ON_EVAL | ON_MESH | ON_DEPENDS, // those that read a scene
+    ON_LOAD =
+        ON_SCENE | ON_INFO | ON_EVAL | ON_MESH | ON_DEPENDS | ON_SIM, // those that read a scene
     ON_ALL = (1 << COMMAND_COUNT) - 1,
     SETS_PICTURE = 1 << COMMAND_COUNT
 };

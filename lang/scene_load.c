@@ -78,6 +78,7 @@ static void begin(Loading *loading, Arena *scene_arena, Sources *sources, Diag *
     predefine_all(ev);
     ev->max_steps = loading->options.max_steps ? loading->options.max_steps : DEFAULT_STEPS;
     ev->loader = loader_new(arena, &loading->options);
+    ev->simulator = loading->options.simulator;
     ev->lowering = lowering_new(scene_arena, arena);
     loading->place = (Place){.is_identity = true,
                              .visible = dag_const(ev->dag, 1),

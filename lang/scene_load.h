@@ -26,6 +26,8 @@ typedef struct {
     size_t memory;      // bytes for the scene, and again for what loading it needs; where they do
                         // not suffice, the hook of accel/arena.h is called; 0: no bound
     uint64_t max_steps; // of evaluation, before the script is refused; 0: 2^26
+    const struct Simulator *simulator; // lang/simulator.h: runs simulations; NULL: what reads them
+                                       // is refused
 } LoadOptions;
 
 typedef struct Loading Loading; // syntax trees, graph and scopes

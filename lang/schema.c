@@ -182,6 +182,7 @@ const char *schema_property_type_text(const PropertyInfo *property) {
         [PROPERTY_TYPE_WORD] = "a word",
         [PROPERTY_TYPE_WORD_OR_NUMBER] = "a word or a number",
         [PROPERTY_TYPE_WORD_OR_FUNCTION] = "a word or a function",
+        [PROPERTY_TYPE_TRANSFORM] = "a transform",
         [PROPERTY_TYPE_ANY] = "a value",
     };
     return property->type == PROPERTY_TYPE_NUMBER && property->dimension

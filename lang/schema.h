@@ -48,6 +48,7 @@ typedef enum {
     PROPERTY_TYPE_WORD, // one of a few bare words; its value is a string
     PROPERTY_TYPE_WORD_OR_NUMBER,
     PROPERTY_TYPE_WORD_OR_FUNCTION, // the function is one of x
+    PROPERTY_TYPE_TRANSFORM,        // or a rotation
     PROPERTY_TYPE_ANY
 } PropertyType;
 

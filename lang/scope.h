@@ -31,6 +31,7 @@ typedef enum {
     BINDING_LOOP,     // variable of a for or a comprehension
     BINDING_VARIABLE, // of a node: u, v, p, n, i
     BINDING_MODULE,   // include ... as NAME
+    BINDING_SIM,
 } BindingKind;
 
 typedef enum { BINDING_FRESH, BINDING_BUSY, BINDING_DONE } BindingState;
@@ -40,10 +41,11 @@ typedef struct {
     uint8_t kind;  // BindingKind
     uint8_t state; // of LET and PARAM: whether value is there
     const Module *module;
-    NodeId node;    // the statement; 0: none
-    Span where;     // of the name
-    Value value;    // LET, PARAM: once DONE; ARGUMENT, LOOP, VARIABLE; FN: the closure
-    Scope *members; // MODULE
+    NodeId node;     // the statement; 0: none
+    Span where;      // of the name
+    Value value;     // LET, PARAM: once DONE; ARGUMENT, LOOP, VARIABLE; FN: the closure
+    Scope *members;  // MODULE
+    struct Sim *sim; // SIM: what it is and came to (lang/eval_sim.h)
 } Binding;
 
 struct Scope {

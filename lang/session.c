@@ -39,6 +39,7 @@ static void quiet_notes(Session *session) {
     }
     if (command != COMMAND_CHECK) {
         diag_set_warning(session->diag, "no-estimated-rate");
+        diag_set_warning(session->diag, "no-sim-rests");
     }
 }
 
@@ -84,6 +85,16 @@ static void load(Session *session, LoadedScene *loaded) {
         .memory = values[OPTION_MEMORY].integer,
     };
     load.defines = options_list(session->arena, options, OPTION_DEFINE, &load.n_defines);
+    bool is_quiet = option_flag(options, OPTION_QUIET);
+    session->sims = (SimCache){
+        .folder = sim_cache_folder(session->arena, values[OPTION_CACHE].text),
+        .progress =
+            !is_quiet && !values[OPTION_PROGRESS].is_set && isatty(STDERR_FILENO) ? stderr : NULL,
+        .list = options->command == COMMAND_SIM && !is_quiet ? stdout : NULL,
+        .reports = stderr,
+    };
+    session->simulator = sim_cache_simulator(&session->sims, options->command == COMMAND_SIM);
+    load.simulator = &session->simulator;
     load.include_dirs = options_list(session->arena, options, OPTION_INCLUDE, &load.n_include_dirs);
     scene_load(session->arena, &session->sources, session->diag, options->operands[0], NULL, 0,
                &load, loaded);

@@ -6,6 +6,7 @@
 #include "lang/diag.h"
 #include "lang/options.h"
 #include "lang/scene_load.h"
+#include "lang/sim_cache.h"
 #include "render/render.h"
 
 typedef struct {
@@ -16,6 +17,8 @@ typedef struct {
     const Scene *scene;
     const int64_t *frames; // ascending, each once
     uint32_t n_frames;
+    SimCache sims;
+    Simulator simulator;
     Reporter reporter; // the renderer's reports become diagnostics
 } Session;
 

@@ -39,6 +39,10 @@ typedef struct Closure Closure; // lang/scope.h
 typedef struct {
     uint32_t n, inputs; // inputs: that its items read
     const Value *items;
+    // Of members of a simulation: the item IN_X, as an expression of it, and when it is there (a
+    // truth value). NULL: the items have nothing in common.
+    const Value *each;
+    Ref alive;
 } List;
 
 typedef struct {

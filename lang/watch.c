@@ -15,6 +15,7 @@ typedef struct {
     const char *what; // NULL: keys
     Ref at;
     double low, high;
+    bool is_clock; // at is the time of the place
 } Watch;
 
 struct Watches {
@@ -49,8 +50,12 @@ void watch_other_times(Eval *ev) {
 void watch_read(Eval *ev, Span where, const char *what, Ref at, double low, double high) {
     uint32_t inputs = dag_inputs(ev->dag, at), time = 1u << IN_T | 1u << IN_FILM_T;
     if ((inputs & time) && !(inputs & ~time)) {
-        note(ev->watches, (Watch){where, what, at, low, high});
+        note(ev->watches, (Watch){where, what, at, low, high, false});
     }
+}
+
+void watch_end(Eval *ev, Span where, const char *what, double high) {
+    note(ev->watches, (Watch){where, what, dag_input(ev->dag, IN_T), -INFINITY, high, true});
 }
 
 // ---- Reports
@@ -97,6 +102,12 @@ static void report_read(Eval *ev, const Watch *watch, const FilmTime *time) {
     program_run(program, &in, time->n, &values);
     for (size_t i = 0; i < time->n; i++) {
         if (values[i] < watch->low || values[i] > watch->high) {
+            if (watch->is_clock) {
+                diag_warn(ev->diag, WARN_READ_OUTSIDE, watch->where, NULL,
+                          "%s is read at t = %.6g s, but ends at %.6g s: its end is held",
+                          watch->what, values[i], watch->high);
+                break;
+            }
             diag_warn(ev->diag, WARN_READ_OUTSIDE, watch->where, NULL,
                       "%s is read at %.6g when t = %.6g s, but goes from %.6g to %.6g: its ends "
                       "are held",
@@ -115,6 +126,9 @@ void watches_report(Eval *ev, const Scene *scene) {
     FilmTime time = film_time(ev->arena, scene);
     for (size_t i = 0; i < watches->n; i++) {
         const Watch *watch = &watches->list[i];
+        if (watch->what && watch->is_clock && watches->has_other_times) {
+            continue;
+        }
         if (watch->what) {
             report_read(ev, watch, &time);
         } else if (!watches->has_other_times) {

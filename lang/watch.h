@@ -19,6 +19,9 @@ void watch_other_times(Eval *ev);
 // where `at` depends on time alone. what: "the list", as reports begin.
 void watch_read(Eval *ev, Span where, const char *what, Ref at, double low, double high);
 
+// What is known until the second `high` alone is read at the time of the place.
+void watch_end(Eval *ev, Span where, const char *what, double high);
+
 // Warns of everything that was noted.
 void watches_report(Eval *ev, const Scene *scene);
 

@@ -61,6 +61,7 @@ typedef struct {
     const double *values;
     uint32_t n;      // >= 1
     bool is_lasting; // outlives every program that has it, and is not copied
+    uint32_t live;   // its values change between runs: 1 + what tells it from others; 0: never
 } ProgramTable;
 
 typedef struct Program Program;

@@ -2,6 +2,7 @@
 # What the tests of tests/cli may use. Each runs in an empty folder, with ROOT (the tree) and ST4
 # (the program) set; it passes when its function returns without fail() having been called.
 set -u
+export XDG_CACHE_HOME=$PWD/.cache
 
 fail() {
     echo "$*" >&2

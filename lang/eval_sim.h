@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Simulations in scripts: their blocks, and their members as motions.
+//
+// The block is evaluated when a member is first asked for, or where it stands; it is run when a
+// member is read. Its states are tables that the simulation writes (dag_live), read at the member
+// `id`; what comes of it are tables of polynomials, read at the member and the time, which make
+// graphs like all others: a member may be asked for by a batched loop's variable.
+#ifndef LANG_EVAL_SIM_H
+#define LANG_EVAL_SIM_H
+
+#include "lang/eval.h"
+#include "lang/simulator.h"
+
+typedef struct Sim Sim;
+struct Given; // lang/object.h
+
+// Binds the name of a NODE_SIM.
+void eval_sim_declare(Eval *ev, const Env *env, NodeId statement);
+
+// Where it stands: its mistakes are reported.
+void eval_sim_emit(Eval *ev, const Env *env, NodeId statement);
+
+// Sim.member: a list where the sim has a count, else a value. Poison: reported, or asked for.
+Value eval_sim_member(Eval *ev, const Env *env, NodeId node, Sim *sim, const char *member);
+
+// The item of a list that has `each`, at an index that is not constant.
+Value eval_sim_at(Eval *ev, const List *list, Ref index);
+
+// pos, vel or spin of a transform: where it takes the origin, the rate of that per second, and the
+// angular velocity of its rotation (radians per second; it must not scale). False: no such member.
+bool eval_transform_member(Eval *ev, const Value *transform, const char *member, Value *value);
+
+// ---- Between the files lang/eval_sim*.c
+
+typedef struct {
+    Symbol name;
+    Value start;      // its type and width
+    uint32_t first;   // of its scalars among all of them
+    NodeId statement; // of the start value
+    NodeId rate;      // 0: none was written
+    bool is_assigned; // by an event
+    Value value;      // within the block: of the member id
+    Value each;       // within the block: of the member IN_X
+    const List *within,
+        *outside; // the members, read in the block and elsewhere; made when asked for
+} SimVariable;
+
+// Bodies of one label: one, or those of indices 0, 1, 2...
+typedef struct {
+    Symbol name;
+    bool is_list;
+    uint32_t n;
+    uint32_t *members;  // [n] by index, of the tracks
+    const List *values; // made when asked for
+    size_t capacity;
+} SimGroup;
+
+struct Sim {
+    Symbol name;
+    const Module *module;
+    Scope *scope; // where it stands
+    NodeId statement, block;
+    BindingState state; // of its block
+    bool is_bad, has_run;
+    bool has_count;
+    uint32_t n_variables;
+    SimVariable *variables;
+    SimState spec;  // of a sim state
+    SimRigid rigid; // of a sim rigid
+    bool is_rigid;
+    uint32_t n_groups;
+    SimGroup *groups;
+    Hash128 key;
+    SimTracks tracks;
+    Ref alive;    // of the member IN_X at t
+    Ref *columns; // [n_states] likewise; REF_NONE: not made yet
+};
+
+// lang/eval_sim_state.c: evaluates the block. False: reported, or asked for.
+bool eval_sim_state(Eval *ev, Sim *sim);
+// lang/eval_sim_rigid.c: likewise.
+bool eval_sim_rigid(Eval *ev, Sim *sim);
+
+// The span of a simulation, low to high, from its property (NULL: not given) or the film. False:
+// reported.
+bool eval_sim_span(Eval *ev, const struct Given *given, double *low, double *high);
+
+#endif

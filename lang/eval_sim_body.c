@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bodies of a `sim rigid`: their shapes, places and properties.
+#include <math.h>
+#include <string.h>
+
+#include "lang/eval_sim_parts.h"
+
+enum { LOOP_INPUTS = 15u << IN_LOOP0, CLOCKS = 1u << IN_T | 1u << IN_FILM_T };
+enum { FORCE_INPUTS = CLOCKS | 7u << IN_PX | 7u << IN_WX };
+
+typedef struct {
+    double at[3], turn[4];
+} Pose;
+
+static const Node *node_of(const Env *env, NodeId node) {
+    return syntax_node(env->module->syntax, node);
+}
+
+bool sim_rigid_fail(RigidBlock *b) {
+    b->is_bad = true;
+    return false;
+}
+
+void sim_rigid_hash(RigidBlock *b, const double *numbers, size_t n) {
+    hash_add(&b->sim->key, numbers, n * sizeof *numbers);
+}
+
+// ---- Numbers and poses that must be known
+
+bool sim_rigid_numbers(RigidBlock *b, const Object *object, PropertyId id, double *out) {
+    Value value = object_value(b->ev, object, id);
+    bool is_known = value_is_numeric(&value);
+    for (uint32_t k = 0; k < value.n && is_known; k++) {
+        is_known = dag_is_const(b->ev->dag, value.ref[k], &out[k]);
+    }
+    const Given *given = object_given(object, id);
+    if (!is_known && given && !value_is_poison(&value)) {
+        uint32_t read = value_inputs(b->ev->dag, &value);
+        b->ev->unroll |= (read & LOOP_INPUTS) >> IN_LOOP0;
+        if (read & ~LOOP_INPUTS) {
+            eval_error(b->ev, &given->env, given->node, NULL,
+                       "%s of a rigid body must be known when the scene is loaded",
+                       property_infos[id].name);
+        }
+    }
+    return is_known || sim_rigid_fail(b);
+}
+
+// What moves a body must not change its size.
+static bool check_scale(RigidBlock *b, Span where, const RefParts *parts) {
+    const Ref scale[3] = {parts->scale.x, parts->scale.y, parts->scale.z};
+    for (int k = 0; k < 3; k++) {
+        double x;
+        if (dag_is_const(b->ev->dag, scale[k], &x) && !(fabs(x - 1) < 1e-6)) {
+            eval_error_at(b->ev, where, "give its shapes their sizes",
+                          "a rigid body and its shapes can not be scaled");
+            return sim_rigid_fail(b);
+        }
+    }
+    return true;
+}
+
+static void parts_refs(const RefParts *p, Ref refs[RIGID_COLUMNS]) {
+    const Ref all[RIGID_COLUMNS] = {p->translation.x, p->translation.y, p->translation.z,
+                                    p->rotation.x,    p->rotation.y,    p->rotation.z,
+                                    p->rotation.w};
+    memcpy(refs, all, sizeof all);
+}
+
+// The pose that an object's transforms come to. moving: may depend on time; gets the refs then.
+static bool pose_of(RigidBlock *b, const Object *object, Pose *pose, Ref *moving, bool *moves) {
+    Dag *dag = b->ev->dag;
+    *pose = (Pose){{0}, {0, 0, 0, 1}};
+    if (object->is_identity) {
+        return true;
+    }
+    RefParts parts = spatial_map_split(dag, &object->map);
+    Ref refs[RIGID_COLUMNS];
+    double x[RIGID_COLUMNS];
+    parts_refs(&parts, refs);
+    if (!check_scale(b, object->where, &parts)) {
+        return false;
+    }
+    uint32_t read = 0;
+    for (int i = 0; i < RIGID_COLUMNS; i++) {
+        read |= dag_inputs(dag, refs[i]);
+    }
+    if (read & LOOP_INPUTS) {
+        b->ev->unroll |= (read & LOOP_INPUTS) >> IN_LOOP0;
+        return sim_rigid_fail(b);
+    }
+    if (read & ~(moving ? (uint32_t)CLOCKS : 0u)) {
+        eval_error_at(b->ev, object->where,
+                      moving ? NULL : "only what is fixed may move by itself: write fixed",
+                      "the place of %s can not depend on %s", object->name, eval_input_name(read));
+        return sim_rigid_fail(b);
+    }
+    for (int i = 0; i < RIGID_COLUMNS; i++) { // a moving one begins where it is at t = 0
+        Ref ref = dag_substitute(dag, refs[i], IN_FILM_T, dag_input(dag, IN_T));
+        if (moving) {
+            moving[i] = ref;
+        }
+        ref = dag_substitute(dag, ref, IN_T, dag_const(dag, b->sim->rigid.low));
+        if (!dag_is_const(dag, ref, &x[i]) || !isfinite(x[i])) {
+            eval_error_at(b->ev, object->where, NULL, "this place is not finite");
+            return sim_rigid_fail(b);
+        }
+    }
+    if (moving) {
+        *moves = read != 0;
+    }
+    memcpy(pose->at, x, sizeof pose->at);
+    memcpy(pose->turn, x + 3, sizeof pose->turn);
+    return true;
+}
+
+static void rotate(const double q[4], const double v[3], double out[3]) {
+    double c[3] = {q[1] * v[2] - q[2] * v[1], q[2] * v[0] - q[0] * v[2], q[0] * v[1] - q[1] * v[0]};
+    for (int k = 0; k < 3; k++) {
+        int i = (k + 1) % 3, j = (k + 2) % 3;
+        out[k] = v[k] + 2 * (q[3] * c[k] + q[i] * c[j] - q[j] * c[i]);
+    }
+}
+
+static void multiply(const double a[4], const double b[4], double out[4]) {
+    const double q[4] = {a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
+                         a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
+                         a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3],
+                         a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2]};
+    memcpy(out, q, sizeof q);
+}
+
+// ---- Shapes
+
+// The turn from z to a direction.
+static void turn_to(const double d[3], double length, double turn[4]) {
+    double w = 1 + d[2] / length, x = -d[1] / length, y = d[0] / length;
+    double norm = sqrt(w * w + x * x + y * y);
+    const double about_x[4] = {1, 0, 0, 0};
+    const double q[4] = {x / norm, y / norm, 0, w / norm};
+    memcpy(turn, norm > 1e-9 ? q : about_x, sizeof q);
+}
+
+static bool cylinder_of(RigidBlock *b, const Object *object, RigidShape *shape) {
+    double from[3], to[3], d[3];
+    if (!sim_rigid_numbers(b, object, PROPERTY_CYLINDER_FROM, from) ||
+        !sim_rigid_numbers(b, object, PROPERTY_CYLINDER_TO, to) ||
+        !sim_rigid_numbers(b, object, PROPERTY_CYLINDER_RADIUS, &shape->size[0])) {
+        return false;
+    }
+    for (int k = 0; k < 3; k++) {
+        d[k] = to[k] - from[k];
+        shape->at[k] = (from[k] + to[k]) / 2;
+    }
+    shape->size[1] = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    if (shape->size[1] > 0) {
+        turn_to(d, shape->size[1], shape->turn);
+    }
+    return true;
+}
+
+static bool plane_of(RigidBlock *b, const Object *object, const Pose *body, RigidShape *shape) {
+    double n[3], offset, turned[3];
+    if (!sim_rigid_numbers(b, object, PROPERTY_PLANE_NORMAL, n) ||
+        !sim_rigid_numbers(b, object, PROPERTY_PLANE_OFFSET, &offset)) {
+        return false;
+    }
+    double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    rotate(body->turn, n, turned);
+    shape->plane[3] = offset;
+    for (int k = 0; k < 3; k++) {
+        shape->plane[k] = turned[k] / length;
+        shape->plane[3] += shape->plane[k] * body->at[k];
+    }
+    return true;
+}
+
+static bool size_of(RigidBlock *b, const Object *object, const Pose *body, bool is_still,
+                    RigidShape *shape) {
+    switch (object->kind) {
+    case OBJECT_BOX:
+        shape->kind = RIGID_BOX;
+        return sim_rigid_numbers(b, object, PROPERTY_BOX_SIZE, shape->size);
+    case OBJECT_SPHERE:
+        shape->kind = RIGID_SPHERE;
+        return sim_rigid_numbers(b, object, PROPERTY_SPHERE_CENTER, shape->at) &&
+               sim_rigid_numbers(b, object, PROPERTY_SPHERE_RADIUS, shape->size);
+    case OBJECT_CYLINDER:
+        shape->kind = RIGID_CYLINDER;
+        return cylinder_of(b, object, shape);
+    case OBJECT_PLANE:
+        shape->kind = RIGID_PLANE;
+        if (is_still && object->is_identity) {
+            return plane_of(b, object, body, shape);
+        }
+        eval_error_at(b->ev, object->where, "write normal and offset, in a fixed body",
+                      "a plane of a sim rigid stands still, without transforms of its own");
+        return sim_rigid_fail(b);
+    default:
+        eval_error_at(b->ev, object->where, NULL, "not supported yet: %s in 'sim rigid'",
+                      object->name);
+        return sim_rigid_fail(b);
+    }
+}
+
+static bool is_solid(const RigidShape *shape) {
+    const double *s = shape->size;
+    return shape->kind == RIGID_PLANE    ? isfinite(shape->plane[3])
+           : shape->kind == RIGID_SPHERE ? s[0] > 0
+           : shape->kind == RIGID_BOX    ? s[0] > 0 && s[1] > 0 && s[2] > 0
+                                         : s[0] > 0 && s[1] > 0;
+}
+
+static void read_shape(RigidBlock *b, const Env *env, NodeId statement, const Pose *body,
+                       bool is_still) {
+    Eval *ev = b->ev;
+    const uint32_t *extra = env->module->syntax->extra + node_of(env, statement)->a;
+    const Node *path = node_of(env, extra[1]);
+    const char *name = path->kind == NODE_NAME ? symbol_text(ev->symbols, path->a) : "";
+    ObjectKind kind = schema_node(name);
+    Span where = syntax_name_span(env->module->syntax, statement);
+    if (kind == OBJECT_KINDS || node_infos[kind].class != NODE_CLASS_SHAPE) {
+        eval_error_at(ev, where, NULL,
+                      "a body is made of box, sphere, cylinder, and plane where it is fixed");
+        sim_rigid_fail(b);
+        return;
+    }
+    Object object = {
+        .kind = kind, .name = node_infos[kind].name, .where = where, .is_identity = true};
+    Pose pose;
+    RigidShape shape = {.turn = {0, 0, 0, 1}};
+    object.env = (Env){env->module, scope_new(ev->arena, env->scope)};
+    object_begin(ev, &object);
+    eval_declare(ev, &object.env, extra[6]);
+    eval_gather(ev, &object.env, &object, extra[6]);
+    bool is_fine =
+        size_of(b, &object, body, is_still, &shape) && pose_of(b, &object, &pose, NULL, NULL);
+    if (is_fine && !is_solid(&shape)) {
+        eval_error_at(ev, where, NULL, "a shape of a rigid body has a size above 0");
+        is_fine = sim_rigid_fail(b);
+    }
+    if (is_fine) {
+        double at[3];
+        rotate(pose.turn, shape.at, at);
+        for (int k = 0; k < 3; k++) {
+            shape.at[k] = at[k] + pose.at[k];
+        }
+        multiply(pose.turn, shape.turn, shape.turn);
+        b->shapes =
+            arena_grow(ev->arena, b->shapes, b->n_shapes, &b->shapes_capacity, sizeof *b->shapes);
+        b->shapes[b->n_shapes++] = shape;
+        const double kind_of_it = shape.kind;
+        sim_rigid_hash(b, &kind_of_it, 1);
+        sim_rigid_hash(b, shape.size, 3);
+        sim_rigid_hash(b, shape.at, 3);
+        sim_rigid_hash(b, shape.turn, 4);
+        sim_rigid_hash(b, shape.plane, 4);
+    }
+    object_end(ev, &object);
+}
+
+// ---- Bodies
+
+static bool read_label(RigidBlock *b, const Env *env, NodeId statement, bool is_fixed,
+                       RigidLabel *label) {
+    Eval *ev = b->ev;
+    const uint32_t *extra = env->module->syntax->extra + node_of(env, statement)->a;
+    *label = (RigidLabel){.name = extra[3], .has_index = extra[5] != 0, .statement = statement};
+    if (!label->name && !is_fixed) {
+        eval_error_at(ev, syntax_name_span(env->module->syntax, statement),
+                      "write body Crate { ... }", "a body needs a label, by which it is read");
+        return sim_rigid_fail(b);
+    }
+    if (!label->has_index) {
+        return true;
+    }
+    Value index = eval_expr(ev, env, extra[5]);
+    if (!value_is(&index, VALUE_NUMBER) ||
+        !eval_need(ev, env, extra[5], index.ref[0], "a label's index", &label->index)) {
+        return sim_rigid_fail(b);
+    }
+    return true;
+}
+
+static void bind_inputs(RigidBlock *b, Object *object, const char *name, Input first) {
+    Symbol symbol = symbol_of(b->ev->symbols, name, strlen(name));
+    Ref refs[3];
+    for (uint32_t k = 0; k < 3; k++) {
+        refs[k] = dag_input(b->ev->dag, (Input)(first + k));
+    }
+    if (!scope_find_own(object->env.scope, symbol)) {
+        scope_bind(b->ev->arena, object->env.scope, symbol, BINDING_VARIABLE)->value =
+            value_vec(VALUE_VEC, refs, 3);
+    }
+}
+
+static const Program *compile(RigidBlock *b, const Ref *refs, uint32_t n) {
+    dag_hash(b->ev->dag, refs, n, &b->sim->key);
+    return dag_compile(b->ev->dag, b->ev->arena, refs, n);
+}
+
+static bool read_properties(RigidBlock *b, const Object *object, RigidBody *body) {
+    Eval *ev = b->ev;
+    const Given *force = object_given(object, PROPERTY_BODY_FORCE);
+    bool is_fine = sim_rigid_numbers(b, object, PROPERTY_BODY_DENSITY, &body->density) &&
+                   sim_rigid_numbers(b, object, PROPERTY_BODY_FRICTION, &body->friction) &&
+                   sim_rigid_numbers(b, object, PROPERTY_BODY_BOUNCE, &body->bounce) &&
+                   sim_rigid_numbers(b, object, PROPERTY_BODY_VEL, body->velocity) &&
+                   sim_rigid_numbers(b, object, PROPERTY_BODY_SPIN, body->spin) &&
+                   (!object_given(object, PROPERTY_BODY_MASS) ||
+                    sim_rigid_numbers(b, object, PROPERTY_BODY_MASS, &body->mass));
+    if (is_fine && force) {
+        if (!eval_check_vec3(ev, force->where, "force", &force->value,
+                             FORCE_INPUTS | LOOP_INPUTS)) {
+            return sim_rigid_fail(b);
+        }
+        uint32_t loops = value_inputs(ev->dag, &force->value) & LOOP_INPUTS;
+        ev->unroll |= loops >> IN_LOOP0;
+        body->force = loops ? NULL : compile(b, force->value.ref, 3);
+        is_fine = !loops || sim_rigid_fail(b);
+    }
+    return is_fine;
+}
+
+static void read_shapes(RigidBlock *b, const Object *object, NodeId block, RigidBody *body) {
+    const Node *node = node_of(&object->env, block);
+    const Pose pose = {{body->at[0], body->at[1], body->at[2]},
+                       {body->turn[0], body->turn[1], body->turn[2], body->turn[3]}};
+    body->first_shape = (uint32_t)b->n_shapes;
+    for (uint32_t i = 0; i < node->b; i++) {
+        NodeId statement = object->env.module->syntax->extra[node->a + i];
+        if (node_of(&object->env, statement)->kind == NODE_OBJECT) {
+            read_shape(b, &object->env, statement, &pose, body->is_fixed && !body->motion);
+            eval_statement_ends(b->ev);
+        }
+    }
+    body->n_shapes = (uint32_t)b->n_shapes - body->first_shape;
+    if (!b->is_bad && body->n_shapes == 0) {
+        eval_error_at(b->ev, object->where, "write box { } in it", "a body needs a shape");
+        sim_rigid_fail(b);
+    }
+}
+
+void sim_rigid_body(RigidBlock *b, const Env *env, NodeId statement, bool is_fixed) {
+    Eval *ev = b->ev;
+    const uint32_t *extra = env->module->syntax->extra + node_of(env, statement)->a;
+    Object object = {.kind = OBJECT_BODY,
+                     .name = is_fixed ? "fixed" : "body",
+                     .where = syntax_name_span(env->module->syntax, statement),
+                     .is_identity = true};
+    RigidBody body = {.is_fixed = is_fixed};
+    RigidLabel label;
+    Pose pose;
+    Ref motion[RIGID_COLUMNS];
+    bool moves = false;
+    if (!read_label(b, env, statement, is_fixed, &label)) {
+        return;
+    }
+    object.env = (Env){env->module, scope_new(ev->arena, env->scope)};
+    object_begin(ev, &object);
+    eval_declare(ev, &object.env, extra[6]);
+    bind_inputs(b, &object, "pos", IN_PX);
+    bind_inputs(b, &object, "vel", IN_WX);
+    unsigned n_errors = diag_n_errors(ev->diag);
+    eval_gather(ev, &object.env, &object, extra[6]);
+    bool is_fine = diag_n_errors(ev->diag) == n_errors ? true : sim_rigid_fail(b);
+    if (is_fine && pose_of(b, &object, &pose, is_fixed ? motion : NULL, &moves) &&
+        read_properties(b, &object, &body)) {
+        memcpy(body.at, pose.at, sizeof body.at);
+        memcpy(body.turn, pose.turn, sizeof body.turn);
+        body.motion = moves ? compile(b, motion, RIGID_COLUMNS) : NULL;
+        read_shapes(b, &object, extra[6], &body);
+        const double numbers[] = {is_fixed,  moves,         body.force != NULL, body.density,
+                                  body.mass, body.friction, body.bounce,        body.n_shapes};
+        sim_rigid_hash(b, numbers, sizeof numbers / sizeof numbers[0]);
+        sim_rigid_hash(b, body.at, 3);
+        sim_rigid_hash(b, body.turn, 4);
+        sim_rigid_hash(b, body.velocity, 3);
+        sim_rigid_hash(b, body.spin, 3);
+        b->labels =
+            arena_grow(ev->arena, b->labels, b->n_bodies, &b->labels_capacity, sizeof *b->labels);
+        b->bodies =
+            arena_grow(ev->arena, b->bodies, b->n_bodies, &b->bodies_capacity, sizeof *b->bodies);
+        b->labels[b->n_bodies] = label;
+        b->bodies[b->n_bodies++] = body;
+    }
+    object_end(ev, &object);
+}

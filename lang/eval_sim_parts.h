@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Inside of the evaluation of a `sim rigid`, shared by its files (lang/eval_sim_rigid.c,
+// lang/eval_sim_body.c).
+#ifndef LANG_EVAL_SIM_PARTS_H
+#define LANG_EVAL_SIM_PARTS_H
+
+#include "lang/eval_sim.h"
+#include "lang/object.h"
+
+// A body by its label.
+typedef struct {
+    Symbol name;
+    bool has_index;
+    double index;
+    NodeId statement;
+} RigidLabel;
+
+typedef struct {
+    Eval *ev;
+    Sim *sim;
+    Object object; // its settings
+    RigidBody *bodies;
+    RigidLabel *labels; // [n_bodies]
+    RigidShape *shapes;
+    RigidJoint *joints;
+    size_t n_bodies, n_shapes, n_joints;
+    size_t bodies_capacity, labels_capacity, shapes_capacity, joints_capacity;
+    bool is_bad;
+} RigidBlock;
+
+// What was wrong is reported, or asked for. Returns false.
+bool sim_rigid_fail(RigidBlock *b);
+
+// Adds to the key of the simulation.
+void sim_rigid_hash(RigidBlock *b, const double *numbers, size_t n);
+
+// The components of a property, which must be known. False: they are not (reported, or asked for).
+bool sim_rigid_numbers(RigidBlock *b, const Object *object, PropertyId id, double *out);
+
+// A `body` or `fixed` with its shapes.
+void sim_rigid_body(RigidBlock *b, const Env *env, NodeId statement, bool is_fixed);
+
+#endif

@@ -1,0 +1,400 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rigid bodies by ODE, in a process of their own: the one file that knows ODE.
+#include "render/sim_ode.h"
+
+#include <math.h>
+#include <ode/ode.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_CONTACTS = 16 };
+
+// Slower than this nothing bounces, m/s; bodies that are slower for half a second sleep.
+static const double least_bounce = 0.05, sleep_speed = 0.01, sleep_spin = 0.02, sleep_time = 0.5;
+static const double most_distance = 1e7, most_speed = 1e6; // beyond, a body has run away
+
+typedef struct {
+    const RigidBody *about;
+    dBodyID id;       // NULL: it is fixed and does not move
+    double center[3]; // of mass, in the body's block
+    bool touches;
+    uint32_t member;
+} Body;
+
+typedef struct {
+    const SimRigid *sim;
+    RigidEvaluate *evaluate;
+    dWorldID world;
+    dSpaceID space;
+    dJointGroupID contacts;
+    Body *bodies;
+    FILE *out;
+} Run;
+
+static void to_ode(const double turn[4], dQuaternion q) {
+    q[0] = turn[3];
+    memcpy(q + 1, turn, 3 * sizeof *q);
+}
+
+// ---- Shapes
+
+static dGeomID make_geom(dSpaceID space, const RigidShape *shape) {
+    switch (shape->kind) {
+    case RIGID_BOX:
+        return dCreateBox(space, shape->size[0], shape->size[1], shape->size[2]);
+    case RIGID_SPHERE:
+        return dCreateSphere(space, shape->size[0]);
+    case RIGID_CYLINDER:
+        return dCreateCylinder(space, shape->size[0], shape->size[1]);
+    case RIGID_PLANE:
+        return dCreatePlane(space, shape->plane[0], shape->plane[1], shape->plane[2],
+                            shape->plane[3]);
+    }
+    return NULL;
+}
+
+static void add_mass(dMass *total, const RigidShape *shape, double density) {
+    dMass mass;
+    dMatrix3 rotation;
+    dQuaternion q;
+    switch (shape->kind) {
+    case RIGID_BOX:
+        dMassSetBox(&mass, density, shape->size[0], shape->size[1], shape->size[2]);
+        break;
+    case RIGID_SPHERE:
+        dMassSetSphere(&mass, density, shape->size[0]);
+        break;
+    case RIGID_CYLINDER:
+        dMassSetCylinder(&mass, density, 3, shape->size[0], shape->size[1]);
+        break;
+    default:
+        return;
+    }
+    to_ode(shape->turn, q);
+    dQtoR(q, rotation);
+    dMassRotate(&mass, rotation);
+    dMassTranslate(&mass, shape->at[0], shape->at[1], shape->at[2]);
+    dMassAdd(total, &mass);
+}
+
+// A geom in the block of its body, whose centre of mass is ODE's origin.
+static void place_geom(const Body *body, dGeomID geom, const RigidShape *shape) {
+    dQuaternion q;
+    to_ode(shape->turn, q);
+    if (shape->kind == RIGID_PLANE) {
+        return;
+    }
+    if (body->id) {
+        dGeomSetBody(geom, body->id);
+        dGeomSetOffsetPosition(geom, shape->at[0] - body->center[0], shape->at[1] - body->center[1],
+                               shape->at[2] - body->center[2]);
+        dGeomSetOffsetQuaternion(geom, q);
+        return;
+    }
+    dQuaternion own, whole;
+    dVector3 at;
+    dMatrix3 rotation;
+    to_ode(body->about->turn, own);
+    dQMultiply0(whole, own, q);
+    dQtoR(own, rotation);
+    dMultiply0_331(at, rotation, shape->at);
+    dGeomSetPosition(geom, body->about->at[0] + at[0], body->about->at[1] + at[1],
+                     body->about->at[2] + at[2]);
+    dGeomSetQuaternion(geom, whole);
+}
+
+// ---- Bodies
+
+static void set_pose(const Body *body, const double at[3], const double turn[4]) {
+    dQuaternion q;
+    dVector3 center;
+    to_ode(turn, q);
+    dBodySetQuaternion(body->id, q);
+    dBodyVectorToWorld(body->id, body->center[0], body->center[1], body->center[2], center);
+    dBodySetPosition(body->id, at[0] + center[0], at[1] + center[1], at[2] + center[2]);
+}
+
+static void find_pose(const Body *body, double at[3], double turn[4]) {
+    dVector3 center;
+    const dReal *p = dBodyGetPosition(body->id), *q = dBodyGetQuaternion(body->id);
+    dBodyVectorToWorld(body->id, body->center[0], body->center[1], body->center[2], center);
+    for (int k = 0; k < 3; k++) {
+        at[k] = p[k] - center[k];
+        turn[k] = q[k + 1];
+    }
+    turn[3] = q[0];
+}
+
+// Newtons on the body at t; false: not finite.
+static bool find_force(const Run *run, const Body *body, double t, double force[3]) {
+    double in[IN_COUNT] = {[IN_T] = t, [IN_FILM_T] = t}, turn[4];
+    dVector3 velocity;
+    memset(force, 0, 3 * sizeof *force);
+    if (!body->about->force) {
+        return true;
+    }
+    find_pose(body, &in[IN_PX], turn);
+    dBodyGetRelPointVel(body->id, -body->center[0], -body->center[1], -body->center[2], velocity);
+    memcpy(&in[IN_WX], velocity, 3 * sizeof *in);
+    run->evaluate(body->about->force, in, force);
+    return isfinite(force[0]) && isfinite(force[1]) && isfinite(force[2]);
+}
+
+// Half a step early, so that velocities are those of the steps' middles.
+static void start_body(const Run *run, Body *body) {
+    const RigidBody *about = body->about;
+    double force[3], v[3];
+    dMass mass;
+    dVector3 arm;
+    set_pose(body, about->at, about->turn);
+    dBodySetAngularVel(body->id, about->spin[0], about->spin[1], about->spin[2]);
+    dBodyVectorToWorld(body->id, body->center[0], body->center[1], body->center[2], arm);
+    const double *w = about->spin;
+    const double around[3] = {w[1] * arm[2] - w[2] * arm[1], w[2] * arm[0] - w[0] * arm[2],
+                              w[0] * arm[1] - w[1] * arm[0]};
+    for (int k = 0; k < 3; k++) {
+        v[k] = about->velocity[k] + around[k];
+    }
+    dBodySetLinearVel(body->id, v[0], v[1], v[2]);
+    find_force(run, body, run->sim->low, force);
+    dBodyGetMass(body->id, &mass);
+    for (int k = 0; k < 3; k++) {
+        v[k] -= run->sim->step / 2 * (run->sim->gravity[k] + force[k] / mass.mass);
+    }
+    dBodySetLinearVel(body->id, v[0], v[1], v[2]);
+}
+
+static bool make_body(Run *run, Body *body, const RigidBody *about) {
+    const RigidShape *shapes = run->sim->shapes + about->first_shape;
+    dMass mass;
+    *body = (Body){.about = about};
+    dMassSetZero(&mass);
+    for (uint32_t i = 0; i < about->n_shapes && !about->is_fixed; i++) {
+        add_mass(&mass, &shapes[i], about->density);
+    }
+    if (!about->is_fixed || about->motion) {
+        body->id = dBodyCreate(run->world);
+    }
+    if (about->is_fixed && about->motion) {
+        dBodySetKinematic(body->id);
+    } else if (!about->is_fixed) {
+        if (!(mass.mass > 0)) {
+            return false;
+        }
+        for (int k = 0; k < 3; k++) {
+            body->center[k] = mass.c[k];
+        }
+        dMassTranslate(&mass, -mass.c[0], -mass.c[1], -mass.c[2]);
+        memset(mass.c, 0, sizeof mass.c);
+        if (about->mass > 0) {
+            dMassAdjust(&mass, about->mass);
+        }
+        dBodySetMass(body->id, &mass);
+    }
+    for (uint32_t i = 0; i < about->n_shapes; i++) {
+        dGeomID geom = make_geom(run->space, &shapes[i]);
+        if (!geom) {
+            return false;
+        }
+        dGeomSetData(geom, body);
+        place_geom(body, geom, &shapes[i]);
+    }
+    if (body->id && about->is_fixed) {
+        set_pose(body, about->at, about->turn);
+    } else if (body->id) {
+        start_body(run, body);
+    }
+    return true;
+}
+
+// A fixed body that moves: there now, with the velocity that takes it to where it is next.
+static void drive(const Run *run, Body *body, double t) {
+    double now[RIGID_COLUMNS], next[RIGID_COLUMNS], h = run->sim->step;
+    double in[IN_COUNT] = {[IN_T] = t, [IN_FILM_T] = t};
+    run->evaluate(body->about->motion, in, now);
+    in[IN_T] = in[IN_FILM_T] = t + h;
+    run->evaluate(body->about->motion, in, next);
+    set_pose(body, now, now + 3);
+    dBodySetLinearVel(body->id, (next[0] - now[0]) / h, (next[1] - now[1]) / h,
+                      (next[2] - now[2]) / h);
+    // The turn between both, about its axis: q = next * conjugate(now).
+    const double *a = next + 3, *b = now + 3;
+    double x = a[0] * b[3] - a[3] * b[0] - a[1] * b[2] + a[2] * b[1];
+    double y = a[1] * b[3] - a[3] * b[1] - a[2] * b[0] + a[0] * b[2];
+    double z = a[2] * b[3] - a[3] * b[2] - a[0] * b[1] + a[1] * b[0];
+    double w = a[3] * b[3] + a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    double sine = sqrt(x * x + y * y + z * z), sign = w < 0 ? -1 : 1;
+    double rate = sine > 0 ? sign * 2 * atan2(sine, fabs(w)) / (sine * h) : 0;
+    dBodySetAngularVel(body->id, x * rate, y * rate, z * rate);
+}
+
+// ---- Joints and contacts
+
+static void make_joint(Run *run, const RigidJoint *about) {
+    dBodyID a = about->a < 0 ? NULL : run->bodies[about->a].id;
+    dBodyID b = about->b < 0 ? NULL : run->bodies[about->b].id;
+    const double *p = about->at, *d = about->axis;
+    dJointID joint;
+    switch (about->kind) {
+    case RIGID_HINGE:
+        joint = dJointCreateHinge(run->world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetHingeAnchor(joint, p[0], p[1], p[2]);
+        dJointSetHingeAxis(joint, d[0], d[1], d[2]);
+        break;
+    case RIGID_BALL:
+        joint = dJointCreateBall(run->world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetBallAnchor(joint, p[0], p[1], p[2]);
+        break;
+    case RIGID_SLIDER:
+        joint = dJointCreateSlider(run->world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetSliderAxis(joint, d[0], d[1], d[2]);
+        break;
+    case RIGID_FIXED:
+        joint = dJointCreateFixed(run->world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetFixed(joint);
+        break;
+    }
+}
+
+static bool may_move(const Body *body) {
+    return body->id && !body->about->is_fixed;
+}
+
+static void touch(void *data, dGeomID g1, dGeomID g2) {
+    Run *run = data;
+    Body *a = dGeomGetData(g1), *b = dGeomGetData(g2);
+    dContact contacts[MOST_CONTACTS];
+    if (a == b || (!may_move(a) && !may_move(b)) ||
+        (a->id && b->id && dAreConnectedExcluding(a->id, b->id, dJointTypeContact))) {
+        return;
+    }
+    int n = dCollide(g1, g2, MOST_CONTACTS, &contacts[0].geom, sizeof contacts[0]);
+    for (int i = 0; i < n; i++) {
+        dSurfaceParameters *surface = &contacts[i].surface;
+        *surface = (dSurfaceParameters){0};
+        surface->mode = dContactBounce | dContactApprox1;
+        surface->mu = sqrt(a->about->friction * b->about->friction);
+        surface->bounce = fmax(a->about->bounce, b->about->bounce);
+        surface->bounce_vel = least_bounce;
+        dJointID joint = dJointCreateContact(run->world, run->contacts, &contacts[i]);
+        dJointAttach(joint, a->id, b->id);
+        a->touches = b->touches = true;
+    }
+}
+
+// ---- Steps
+
+static bool put(Run *run, const void *bytes, size_t n) {
+    return fwrite(bytes, n, 1, run->out) == 1;
+}
+
+static bool refuse(Run *run, uint32_t member, double time, const char *message) {
+    RigidStep step = {.magic = RIGID_STREAM_MAGIC, .is_bad = 1, .member = member, .time = time};
+    snprintf(step.message, sizeof step.message, "%s", message);
+    put(run, &step, sizeof step);
+    return false;
+}
+
+// False: the pipe is closed, or a body has run away.
+static bool send_step(Run *run, double t) {
+    RigidStep step = {.magic = RIGID_STREAM_MAGIC};
+    for (uint32_t m = 0; m < run->sim->n_members; m++) {
+        const Body *body = &run->bodies[run->sim->members[m]];
+        const dReal *p = dBodyGetPosition(body->id), *v = dBodyGetLinearVel(body->id);
+        for (int k = 0; k < 3; k++) {
+            if (!(fabs(p[k]) < most_distance) || !(fabs(v[k]) < most_speed)) {
+                return refuse(run, m, t, "it runs away: a shorter step, or less force, may help");
+            }
+        }
+    }
+    bool is_fine = put(run, &step, sizeof step);
+    for (uint32_t m = 0; is_fine && m < run->sim->n_members; m++) {
+        const Body *body = &run->bodies[run->sim->members[m]];
+        RigidState state;
+        memset(&state, 0, sizeof state);
+        dVector3 velocity;
+        const dReal *spin = dBodyGetAngularVel(body->id);
+        find_pose(body, state.at, state.turn);
+        dBodyGetRelPointVel(body->id, -body->center[0], -body->center[1], -body->center[2],
+                            velocity);
+        memcpy(state.velocity, velocity, sizeof state.velocity);
+        memcpy(state.spin, spin, sizeof state.spin);
+        state.touches = body->touches;
+        state.sleeps = !dBodyIsEnabled(body->id);
+        is_fine = put(run, &state, sizeof state);
+    }
+    return is_fine;
+}
+
+static bool do_step(Run *run, double t) {
+    const SimRigid *sim = run->sim;
+    for (uint32_t i = 0; i < sim->n_bodies; i++) {
+        Body *body = &run->bodies[i];
+        double force[3];
+        body->touches = false;
+        if (body->about->motion) {
+            drive(run, body, t);
+        } else if (body->about->force) {
+            if (!find_force(run, body, t, force)) {
+                return refuse(run, body->member, t, "its force is not a finite number");
+            }
+            dBodyAddForce(body->id, force[0], force[1], force[2]);
+        }
+    }
+    dSpaceCollide(run->space, run, touch);
+    dWorldQuickStep(run->world, sim->step);
+    dJointGroupEmpty(run->contacts);
+    return send_step(run, t + sim->step);
+}
+
+static bool set_up(Run *run) {
+    const SimRigid *sim = run->sim;
+    run->world = dWorldCreate();
+    run->space = dHashSpaceCreate(NULL);
+    run->contacts = dJointGroupCreate(0);
+    run->bodies = calloc(sim->n_bodies, sizeof *run->bodies);
+    dRandSetSeed(sim->seed);
+    dWorldSetGravity(run->world, sim->gravity[0], sim->gravity[1], sim->gravity[2]);
+    dWorldSetQuickStepNumIterations(run->world, (int)sim->iterations);
+    dWorldSetContactSurfaceLayer(run->world, 1e-4);
+    dWorldSetContactMaxCorrectingVel(run->world, 1);
+    dWorldSetAutoDisableFlag(run->world, 1);
+    dWorldSetAutoDisableLinearThreshold(run->world, sleep_speed);
+    dWorldSetAutoDisableAngularThreshold(run->world, sleep_spin);
+    dWorldSetAutoDisableTime(run->world, sleep_time);
+    dWorldSetAutoDisableSteps(run->world, 0);
+    for (uint32_t i = 0; run->bodies && i < sim->n_bodies; i++) {
+        if (!make_body(run, &run->bodies[i], &sim->bodies[i])) {
+            return false;
+        }
+    }
+    for (uint32_t m = 0; run->bodies && m < sim->n_members; m++) {
+        run->bodies[sim->members[m]].member = m;
+        // What forces hold up or push is not to fall asleep at a standstill.
+        if (sim->bodies[sim->members[m]].force) {
+            dBodySetAutoDisableFlag(run->bodies[sim->members[m]].id, 0);
+        }
+    }
+    for (uint32_t i = 0; run->bodies && i < sim->n_joints; i++) {
+        make_joint(run, &sim->joints[i]);
+    }
+    return run->bodies != NULL;
+}
+
+int sim_ode_send(const SimRigid *sim, RigidEvaluate *evaluate, int fd) {
+    Run run = {.sim = sim, .evaluate = evaluate, .out = fdopen(fd, "wb")};
+    if (!run.out || !dInitODE2(0) || !dAllocateODEDataForThread(dAllocateMaskAll)) {
+        return 0;
+    }
+    bool is_fine = set_up(&run) && send_step(&run, sim->low);
+    double n_steps = ceil((sim->high - sim->low) / sim->step - 1e-9);
+    for (double i = 0; is_fine && i < n_steps; i++) {
+        is_fine = do_step(&run, sim->low + i * sim->step);
+    }
+    return fflush(run.out) == 0 && is_fine;
+}

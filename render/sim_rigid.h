@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Simulations of rigid bodies by ODE (Smith, "Open Dynamics Engine", version 0.16), in a child
+// process that streams its steps: ODE aborts where bodies run away.
+//
+// Steps are of one length, on one thread, with the order of constraints drawn from the seed. ODE
+// moves a body by its velocity after each step's forces; taken as the velocity in the middle of the
+// step, and started half a step early, that is of second order, and exact in free fall.
+//
+// Columns of the tracks: place x y z, unit quaternion x y z w, to be normalised. Between steps:
+// Hermite's cubic with velocities from the neighbouring middles; straight within a step in which
+// the body touches something, so that no curve overshoots into what it hits. An arc ends where the
+// velocity jumps by more than RIGID_JUMP. Pieces are then joined as far as tolerance allows.
+#ifndef RENDER_SIM_RIGID_H
+#define RENDER_SIM_RIGID_H
+
+#include "render/program.h"
+#include "render/sim.h"
+
+enum { RIGID_COLUMNS = 7, RIGID_MOST_STEPS = 10000000 };
+
+#define RIGID_JUMP 0.05 // metres a second
+
+typedef enum { RIGID_BOX, RIGID_SPHERE, RIGID_CYLINDER, RIGID_PLANE } RigidShapeKind;
+
+typedef struct {
+    RigidShapeKind kind;
+    double size[3];  // BOX: its extent; SPHERE: radius; CYLINDER: radius, length (along z)
+    double at[3];    // of its origin in the body's block, metres; not of PLANE
+    double turn[4];  // unit quaternion x y z w, likewise
+    double plane[4]; // PLANE: unit normal, and its distance from the origin, in the world
+} RigidShape;
+
+typedef struct {
+    bool is_fixed;
+    const Program *motion; // of a fixed one that moves: 7 out, as the columns; reads IN_T. NULL
+    const Program *force;  // newtons: 3 out; reads IN_T, IN_PX.. (place), IN_WX.. (velocity). NULL
+    uint32_t first_shape, n_shapes;
+    double at[3], turn[4]; // at the beginning
+    double density, mass;  // kg/m3; kg, 0: from the density
+    double friction, bounce;
+    double velocity[3], spin[3]; // m/s, rad/s
+} RigidBody;
+
+typedef enum { RIGID_HINGE, RIGID_BALL, RIGID_SLIDER, RIGID_FIXED } RigidJointKind;
+
+typedef struct {
+    RigidJointKind kind;
+    int32_t a, b;          // indices of bodies, -1: the world
+    double at[3], axis[3]; // in the world
+} RigidJoint;
+
+typedef struct {
+    uint32_t n_bodies, n_members, n_shapes, n_joints;
+    const RigidBody *bodies;
+    const uint32_t *members; // [n_members] of the tracks: indices of bodies that are not fixed
+    const RigidShape *shapes;
+    const RigidJoint *joints;
+    double gravity[3], low, high, step, tolerance;
+    uint32_t seed, iterations;
+    unsigned limit; // seconds of processor time for the child; 0: none
+} SimRigid;
+
+// As sim_state_run; failure->member is an index of members, or UINT32_MAX: nobody's.
+bool sim_rigid_run(Arena *arena, const SimRigid *sim, SimProgress *progress, void *context,
+                   SimTracks *tracks, SimFailure *failure);
+
+// What results depend on besides *sim.
+const char *sim_rigid_library(void);
+
+#endif

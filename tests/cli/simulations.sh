@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: Apache-2.0
+# Simulations: against closed forms, in any order of frames, kept and made again.
+
+# at SCENE TIMES EXPR...: the table, without its header, columns separated by spaces.
+at() {
+    local scene=$1 times=$2
+    shift 2
+    expect 0 "$ST4" eval "$scene" "$@" --at "$times"
+    out=$(tail -n +2 <<<"$out" | tr '\t' ' ')
+}
+
+# all_below BOUND: every number of $out but the times, without its sign.
+all_below() {
+    awk -v most="$1" '{ for (i = 2; i <= NF; i++) if (!($i < most && $i > -most)) bad = bad " " $i }
+        END { if (bad) { print "not below " most ":" substr(bad, 1, 300); exit 1 } }' <<<"$out" ||
+        fail "too large"
+}
+
+test_sim_closed_forms() {
+    cat >a.st4 <<'END'
+sphere { }
+sim state Fall { span = 0..2  h = 20  v = 0  h' = v  v' = -9.81 }
+sim state Drag {
+  span = 0..4  tolerance = 1e-8
+  pos = <0, 0>  vel = <30, 40>
+  pos' = vel  vel' = <0, -9.81> - 0.7*vel
+}
+sim state Spring { span = 0..20  tolerance = 1e-9  q = 1  w = 0  q' = w  w' = -4*q }
+sim state Stiff { span = 0..2  tolerance = 1e-7  stiff = true  q = 0  q' = 5000*(cos(t*1rad) - q) }
+let g = 9.81
+let fade = exp(-0.7*t)
+END
+    at a.st4 '0..1.99 by 0.1' 'Fall.h - (20 - g/2*t^2)' 'Fall.v + g*t' 'd(Fall.h) - Fall.v'
+    all_below 1e-6
+    at a.st4 '0..4 by 0.25' 'Drag.pos.x - 30*(1 - fade)/0.7' \
+        'Drag.pos.y - ((40 + g/0.7)*(1 - fade)/0.7 - g/0.7*t)'
+    all_below 1e-5
+    at a.st4 '0..20 by 0.5' 'Spring.q - cos(2rad*t)'
+    all_below 3e-8
+    at a.st4 '0.1..2 by 0.1' \
+        'Stiff.q - (5000^2*cos(t*1rad) + 5000*sin(t*1rad))/(5000^2 + 1)'
+    all_below 1e-5
+}
+
+test_sim_orbits_and_energy() {
+    cat >a.st4 <<'END'
+sphere { }
+sim state Planet { // 100 turns
+  span = 0..629  tolerance = 1e-11
+  pos = <1, 0>  vel = <0, 1>
+  pos' = vel  vel' = -pos / (pos.x^2 + pos.y^2)^1.5
+}
+let turns = Planet.pos - <cos(t*1rad), sin(t*1rad)>
+sim state Double { // a double pendulum of equal rods and weights
+  span = 0..10  tolerance = 1e-10
+  a = 2  b = -0.2  wa = 0  wb = 0
+  a' = wa  b' = wb
+  let s = sin((a - b)*1rad)
+  let c = cos((a - b)*1rad)
+  wa' = (-9.81*2*sin(a*1rad) + 9.81*sin(b*1rad)*c - s*(wb^2 + wa^2*c)) / (2 - c^2)
+  wb' = 2*s*(wa^2 + 9.81*cos(a*1rad) + wb^2*c/2) / (2 - c^2)
+}
+let energy = Double.wa^2 + 0.5*Double.wb^2 + Double.wa*Double.wb*cos((Double.a - Double.b)*1rad) -
+             9.81*(2*cos(Double.a*1rad) + cos(Double.b*1rad))
+END
+    at a.st4 '[1, 62.8, 314, 628.3]' turns
+    all_below 2e-6
+    at a.st4 '0..10 by 0.1' 'energy - at(energy, 0)'
+    all_below 2e-7
+}
+
+# Two balls of one weight swap their speeds: each gets the one that the other had before.
+test_sim_collision() {
+    cat >a.st4 <<'END'
+sphere { }
+sim state Balls {
+  count = 2  span = 0..4  tolerance = 1e-8
+  q = id == 0 ? 0 : 2
+  w = id == 0 ? 1 : 0
+  q' = w
+  when Balls.q[1] - Balls.q[0] < 0.5 { w = Balls.w[1 - id] }
+}
+END
+    at a.st4 '0..4 by 0.125' 'Balls.q[0] - min(t, 1.5)' 'Balls.q[1] - max(2, t + 0.5)'
+    all_below 1e-9
+}
+
+# A bouncing ball keeps its corner: at the instant, and a thousandth of a second beside it.
+test_sim_bounce() {
+    cat >a.st4 <<'END'
+sphere { }
+sim state Ball {
+  span = 0..3  tolerance = 1e-6
+  h = 1  v = 0
+  h' = v  v' = -9.81
+  when h < 0 { h = 0  v = -0.8*v }
+}
+let g = 9.81
+let hit = sqrt(2/g)
+let since = t - hit
+let exact = since < 0 ? 1 - g/2*t^2 : 0.8*sqrt(2*g)*since - g/2*since^2
+END
+    at a.st4 '[0.2, 0.45, 0.4514, 0.45152, 0.45153, 0.4525, 0.6, 1.1]' 'Ball.h - exact'
+    all_below 1e-6
+    at a.st4 '0..3 by 1ms' 'min(Ball.h, 0)'
+    all_below 1e-9
+}
+
+test_sim_rest() {
+    cat >a.st4 <<'END'
+film { frames = 1..72 }
+sim state Ball {
+  count = 2  h = 1 + id  v = 0
+  h' = v  v' = -9.81
+  when h < 0 { h = 0  v = -0.3*v }
+}
+for i in 0..1 { sphere { radius = 0.1  translate <i, Ball.h[i] + 0.1, 0> } }
+END
+    expect 0 "$ST4" check a.st4
+    has "$err" 'Ball, member 0 rests from t = 0.838'
+    has "$err" 'so do 1 more'
+    [ "$(grep -c sim-rests <<<"$err")" = 1 ] || fail "$err"
+    expect 0 "$ST4" info a.st4
+    lacks "$err" rests
+    at a.st4 '[1.5, 2, 3]' 'Ball.h[0]' 'Ball.h[1]'
+    all_below 1e-6
+}
+
+# The scene of sparks: born one after another, never below the floor.
+a_scene_of_sparks() {
+    cat >sparks.st4 <<'END'
+film { size = <48, 27>  frames = 1..72 }
+camera { from = <0, 1.6, 5>  to = <0, 0.8, 0> }
+sim state Sparks {
+  count = 60  span = 0..3  tolerance = 1e-6
+  let birth = 0.02 * id
+  born = birth
+  dies = birth + 2
+  pos = <0, 1, 0>
+  vel = 3 * randdir(2, id) + <0, 3, 0>
+  pos' = vel
+  vel' = <0, -9.81, 0> - 0.2*vel
+  when pos.y < 0 { pos = <pos.x, 0, pos.z>  vel = <vel.x, -0.6*vel.y, vel.z> }
+}
+points { at = Sparks.pos  radius = 0.03  material = glow(kelvin(2400), 5) }
+END
+}
+
+test_sim_sparks_stay_above() {
+    local -a heights=()
+    a_scene_of_sparks
+    for i in $(seq 0 59); do heights+=("min(Sparks.pos[$i].y, 0)"); done
+    at sparks.st4 '0..3 by 2ms' "${heights[@]}"
+    all_below 1e-6
+    at sparks.st4 '[0.39, 0.4, 2.39, 2.4]' 'Sparks.alive[20] ? 1 : 0'
+    [ "$(cut -d' ' -f2 <<<"$out" | tr -d '\n')" = 0110 ] || fail "$out"
+}
+
+test_sim_frames_in_any_order() {
+    a_scene_of_sparks
+    expect 0 "$ST4" render sparks.st4 -f 30-33 -s 2 -o 'all.##.exr' --cache one
+    expect 0 "$ST4" render sparks.st4 -f 33 -s 2 -j 1 -o 'alone.##.exr' --cache two
+    expect 0 "$ST4" compare all.33.exr alone.33.exr --metric max --fail-above 0
+    same one/*.sim two/*.sim
+}
+
+test_sim_kept() {
+    local file before
+    a_scene_of_sparks
+    expect 0 "$ST4" sim sparks.st4 --cache kept
+    has "$out" simulated
+    expect 0 "$ST4" sim sparks.st4 --cache kept
+    has "$out" 'kept before'
+    file=$(ls kept/*.sim)
+    before=$(cksum <"$file")
+    for damage in 'printf x | dd of="$file" bs=1 seek=5000 conv=notrunc' 'truncate -s -8 "$file"' \
+        'printf nonsense >"$file"' ': >"$file"'; do
+        eval "$damage" 2>/dev/null
+        expect 0 "$ST4" sim sparks.st4 --cache kept
+        has "$out" simulated
+        [ "$(cksum <"$file")" = "$before" ] || fail "other bytes after: $damage"
+    done
+    sed -i 's/0.2\*vel/0.3*vel/' sparks.st4
+    expect 0 "$ST4" sim sparks.st4 --cache kept
+    has "$out" simulated
+    # Two at once.
+    "$ST4" sim sparks.st4 --cache both -q & "$ST4" sim sparks.st4 --cache both -q
+    wait
+    same both/*.sim "kept/$(ls both)"
+    touch file
+    expect 0 "$ST4" sim sparks.st4 --cache file/below
+    has "$err" 'cannot create the folder'
+}
+
+test_sim_mistakes() {
+    local start="sphere { } sim state S {"
+    refused() {
+        printf '%s\n' "$1" >a.st4
+        expect 1 "$ST4" sim a.st4 --color never
+        has "$err" "$2"
+    }
+    refused "$start span = 0..9  q = 1  q' = q^2 }" 'S: at t = 1 s its equations grow without bound'
+    refused "$start count = 3  span = 0..2  q = id  q' = id == 2 and t > 0.5s ? 0/0 : 1 }" 'S, member 2: at t = 0.5'
+    refused "$start q = 1/0  q' = 1 }" 'its start values are not finite'
+    refused "$start span = 2..2  q = 0  q' = 1 }" 'the span is empty'
+    refused "$start q = 0  cuont = 5  q' = 1 }" "did you mean 'count'?"
+    refused "$start q = 0  q' = <1, 2> }" "the rate of 'q' is a number"
+    refused "$start v' = 1  q = 0  q' = 1 }" "'v' has a rate, but no start value"
+    refused "$start q = 0  q' = 1  when q > 1 { w = 2 } }" "'w' has an assignment, but no start"
+    refused "$start q = 0  q' = 1  sphere { } }" "'sim state' holds settings"
+    refused "$start }" 'has no states'
+    refused "sim stat S { q = 0  q' = 1 } sphere { }" 'there is no sim stat'
+    refused "$start q = 0  q' = 1 } sphere { radius = S.r }" "S has no member 'r'"
+    refused "$start q = 0  q' = 1 } sphere { radius = S }" "write S.NAME"
+    refused "$start tolerance = 0  q = 0  q' = 1 }" 'tolerance'
+    refused "$start count = 2  born = id  q = 0  q' = S.q[1] }" 'not supported yet: born'
+}
+
+# A simulation of a def's copy is its own; nothing that is not read is run.
+test_sim_in_defs() {
+    cat >a.st4 <<'END'
+def Ball(speed) {
+  sim state Way { span = 0..2  q = 0  q' = speed }
+  sphere { radius = 0.1  translate <Way.q, 0, 0> }
+}
+for i in 0..2 { Ball(1 + i) { } }
+sim state Unread { q = 0  q' = 0/0 }
+END
+    expect 0 "$ST4" mesh a.st4 --at 2s -o out.ply
+    expect 0 "$ST4" check a.st4
+    expect 1 "$ST4" sim a.st4
+    has "$err" 'Unread: at t = 0 s its rates are not finite'
+}
+
+test_sim_before_and_after() {
+    cat >a.st4 <<'END'
+film { frames = 1..96 }
+sim state S { span = 0..3  q = 1  q' = 1 }
+sphere { translate <S.q, 0, 0> }
+END
+    at a.st4 '[-1, 5]' 'S.q'
+    [ "$out" = $'-1 1\n5 4' ] || fail "$out"
+    expect 0 "$ST4" info a.st4
+    has "$err" 'S is read at t = 3.0'
+    has "$err" 'its end is held'
+}
