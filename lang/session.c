@@ -159,6 +159,23 @@ static const AccelType *find_accel(const char *name) {
     return found;
 }
 
+static bool check_subframes(const Session *session, const RenderOptions *render) {
+    const OptionValue *asked = &session->options->values[OPTION_SUBFRAMES];
+    uint32_t n = render->subframes;
+    if (asked->is_set && n == 0) {
+        fprintf(stderr, "st4: error: --subframes is for --method accumulate\n");
+        return false;
+    }
+    if (n > 0 && render->spp % n != 0) {
+        fprintf(stderr,
+                "st4: error: %u samples per pixel cannot be shared among %u subframes evenly; "
+                "--spp %u can\n",
+                render->spp, n, (render->spp / n + 1) * n);
+        return false;
+    }
+    return true;
+}
+
 bool session_render_options(const Session *session, RenderOptions *render) {
     const OptionValue *values = session->options->values;
     const RenderSettings *settings = &session->scene->render;
@@ -168,6 +185,7 @@ bool session_render_options(const Session *session, RenderOptions *render) {
         .frames = session->frames,
         .n_frames = session->n_frames,
         .spp = (uint32_t)(values[OPTION_SPP].is_set || !settings->spp ? spp : settings->spp),
+        .subframes = values[OPTION_METHOD].integer ? (uint32_t)values[OPTION_SUBFRAMES].integer : 0,
         .seed = values[OPTION_SEED].is_set ? values[OPTION_SEED].integer : settings->seed,
         .tolerance = values[OPTION_TOLERANCE].number,
         .n_threads = n_threads ? (uint32_t)n_threads : (uint32_t)omp_get_num_procs(),
@@ -184,7 +202,7 @@ bool session_render_options(const Session *session, RenderOptions *render) {
     accel->leaf_size = (uint32_t)values[OPTION_LEAF_SIZE].integer;
     accel->max_depth = (uint32_t)values[OPTION_MAX_DEPTH].integer;
     accel->n_threads = render->n_threads;
-    return render->accel != NULL;
+    return render->accel != NULL && check_subframes(session, render);
 }
 
 int session_close(Session *session, int status) {

@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "render/accumulate.h"
 #include "render/interrupt.h"
 #include "render/output.h"
 #include "render/survey.h"
@@ -61,26 +62,40 @@ static void troubles_init(PathTroubles *troubles, Arena *arena, const Scene *sce
     troubles->materials = ARENA_ARRAY(arena, scene->n_materials, bool);
 }
 
+static int write_frame(Run *run, int64_t frame) {
+    double start = progress_clock();
+    bool is_written = output_write(&run->scene, run->options, &run->film, frame, run->reporter);
+    run->stats->write_seconds += progress_clock() - start;
+    run->stats->n_frames += is_written;
+    return is_written ? STATUS_FINE : STATUS_FILES;
+}
+
 static int render_frame(Run *run, const World *world, int64_t frame) {
     double start = progress_clock();
     progress_frame(&run->progress, frame);
     bool is_complete = tiles_trace(&run->paths, world, run->options, frame, &run->film,
                                    &run->progress, run->stats, &run->troubles);
-    double traced = progress_clock();
-    run->stats->trace_seconds += traced - start;
+    run->stats->trace_seconds += progress_clock() - start;
     report_troubles(run);
-    if (!is_complete) {
-        return STATUS_INTERRUPTED;
-    }
-    bool is_written = output_write(&run->scene, run->options, &run->film, frame, run->reporter);
-    run->stats->write_seconds += progress_clock() - traced;
-    run->stats->n_frames += is_written;
-    return is_written ? STATUS_FINE : STATUS_FILES;
+    return is_complete ? write_frame(run, frame) : STATUS_INTERRUPTED;
+}
+
+// One frame, summed up from worlds of its own.
+static int render_accumulated(Run *run, int64_t frame) {
+    progress_frame(&run->progress, frame);
+    int status = accumulate_trace(&run->scene, run->options, frame, run->reporter, &run->film,
+                                  &run->progress, run->stats, &run->troubles);
+    report_troubles(run);
+    return status == STATUS_FINE ? write_frame(run, frame) : status;
 }
 
 // Renders the block that begins with frames[first]; *n gets its length.
 static int render_block(Run *run, uint32_t first, uint32_t *n) {
     const RenderOptions *options = run->options;
+    if (accumulate_applies(&run->scene, options)) {
+        *n = 1;
+        return render_accumulated(run, options->frames[first]);
+    }
     World *world = world_build(&run->scene, options, options->frames + first,
                                options->n_frames - first, run->reporter, n, run->stats);
     if (!world) {

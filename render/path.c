@@ -43,7 +43,7 @@ bool path_scene_is_moving(const Scene *scene) {
 }
 
 void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
-    *paths = (PathScene){.scene = scene, .lights_move = lights_are_moving(scene)};
+    *paths = (PathScene){.scene = scene, .lights_move = lights_are_moving(scene), .instant = 0.5};
     filter_init(&paths->filter, scene->film.filter);
     paths->camera_moves = reads_time(scene->camera.program);
     paths->draws_time = !shutter_is_instant(&scene->shutter) && path_scene_is_moving(scene);
@@ -367,7 +367,8 @@ static void trace_path(PathTracer *tracer, Path *path, FilmSample *sample) {
 void path_trace(PathTracer *tracer, const Sampler *sampler, uint32_t x, uint32_t y, uint32_t index,
                 Film *film) {
     const PathScene *paths = tracer->paths;
-    double u[SAMPLE_DIMENSIONS], time = 0.5;
+    double u[SAMPLE_DIMENSIONS], time = paths->instant;
+    index += paths->first_index;
     sampler_draw(sampler, index, SAMPLE_SET_PIXEL, u);
     if (paths->draws_time) {
         time = u[SAMPLE_TIME];

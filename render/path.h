@@ -32,6 +32,10 @@ typedef struct {
     bool draws_time; // something moves and the shutter is no instant
     bool camera_moves, lights_move;
     bool has_sky, has_glow;
+    // Where the shutter is no instant but one of several that share a pixel's samples
+    // (render/accumulate.h): its place in [0, 1], and the number of the first sample that is its.
+    double instant;
+    uint32_t first_index;
 } PathScene;
 
 // The camera must not be automatic any more.

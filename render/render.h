@@ -21,8 +21,10 @@ typedef enum { PROGRESS_NONE, PROGRESS_BAR, PROGRESS_JSON } ProgressKind;
 typedef struct {
     const int64_t *frames; // film frame numbers in the order to render, n_frames >= 1
     uint32_t n_frames;
-    const char *out; // pattern: #### or %04d is the frame number; the ending is the format
-    uint32_t spp;    // >= 1
+    const char *out;    // pattern: #### or %04d is the frame number; the ending is the format
+    uint32_t spp;       // >= 1
+    uint32_t subframes; // >= 1: so many sharp pictures add up to a frame (render/accumulate.h), spp
+                        // a multiple of it; 0: every sample has an instant of its own
     uint64_t seed;
     double tolerance;   // pixels; 0: as each shape says
     uint32_t n_threads; // >= 1

@@ -60,7 +60,9 @@ bool tiles_trace(const PathScene *paths, const World *world, const RenderOptions
     const Job job = {options, scene->render.freeze, film};
     const uint32_t columns = (film->width + TILE_SIZE - 1) / TILE_SIZE;
     const uint32_t rows = (film->height + TILE_SIZE - 1) / TILE_SIZE;
-    film_clear(film);
+    if (paths->first_index == 0) {
+        film_clear(film);
+    }
 #pragma omp parallel num_threads((int)options->n_threads)
     {
         Arena arena = {0};

@@ -9,8 +9,9 @@
 enum { TILE_SIZE = 16 };
 
 // Traces options->spp samples for every pixel of the frame (a number, 1 is the first) into the
-// film, which is cleared before. Adds to stats and troubles, whose arrays have room for all of the
-// scene's lights and materials. False: interrupted, and the film is not complete.
+// film, which is cleared before, unless paths begins with a later sample. Adds to stats and
+// troubles, whose arrays have room for all of the scene's lights and materials. False:
+// interrupted, and the film is not complete.
 bool tiles_trace(const PathScene *paths, const World *world, const RenderOptions *options,
                  int64_t frame, Film *film, Progress *progress, RenderStats *stats,
                  PathTroubles *troubles);

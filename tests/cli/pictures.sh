@@ -125,3 +125,20 @@ test_statistics_are_json() {
     lacks "$(cat stats.json)" nan
     lacks "$(cat stats.json)" inf
 }
+
+test_subframes_share_the_samples() {
+    local scene=$ROOT/examples/propeller.st4
+    expect 0 "$ST4" "$scene" --size 40x30 -f 2 -s 16 --method accumulate --subframes 8 -o a.exr \
+        --stats a.json --validate
+    has "$(cat a.json)" '"blocks": 8,'
+    has "$(cat a.json)" '"time": 0,'
+    expect 0 "$ST4" info a.exr
+    has "$out" '--method accumulate'
+    has "$out" '--subframes 8'
+    expect 0 "$ST4" "$scene" --size 40x30 -f 2 -s 16 --method accumulate --subframes 8 -o b.exr \
+        --accel kd3 -j 1
+    same a.exr b.exr
+    expect 2 "$ST4" "$scene" -s 16 --method accumulate --subframes 6 -o c.exr
+    has "$err" '--spp 18 can'
+    expect 2 "$ST4" "$scene" -s 16 --subframes 6 -o c.exr
+}
