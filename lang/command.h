@@ -22,5 +22,6 @@ int command_mesh(Arena *arena, const Options *options);
 int command_fmt(Arena *arena, const Options *options);
 int command_depends(Arena *arena, const Options *options);
 int command_compare(Arena *arena, const Options *options);
+int command_measure(Arena *arena, const Options *options);
 
 #endif

@@ -65,6 +65,8 @@ static int run(Arena *arena, const Options *options) {
         return command_depends(arena, options);
     case COMMAND_COMPARE:
         return command_compare(arena, options);
+    case COMMAND_MEASURE:
+        return command_measure(arena, options);
     case COMMAND_HELP:
     case COMMAND_COUNT:
         break;

@@ -42,6 +42,23 @@ bool compare_images(const Image *a, const Image *b, const char *layer, Compariso
 // order of the channels. From the arena; *n gets how many.
 const char *const *compare_layers(Arena *arena, const Image *image, uint32_t *n);
 
+// The error of renderings, split into the part that their noise is and the part that more samples
+// would not remove. All pictures are independent of each other: other seeds.
+typedef struct {
+    double mean;        // of the reference
+    double noise;       // standard deviation of a value of one rendering
+    double bias_square; // an estimate without bias of its own: near 0 it may be negative
+    double bias_error;  // standard error of bias_square, for pixels that are independent
+    double
+        noise_of_ref; // standard deviation of the reference; NaN: one picture alone does not tell
+} ErrorParts;
+
+// a: n >= 2 renderings with the same settings. b: one reference, or two halves of it, whose noise
+// then drops out of the bias, since products of independent noises are 0 in the mean. Values that
+// are not finite anywhere are left out. False as for compare_images, which see for the layer.
+bool compare_parts(const Image *a, uint32_t n, const Image *b, uint32_t n_b, const char *layer,
+                   ErrorParts *parts, char *message, size_t size);
+
 // What an observer sees of the difference, b the reference.
 typedef struct {
     double ssim;     // render/ssim.h, mean over the channels; NaN: less than 11 pixels

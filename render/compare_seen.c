@@ -113,6 +113,79 @@ bool compare_difference(Arena *arena, const Image *a, const Image *b, const char
     return true;
 }
 
+// ---- Parts of the error
+
+enum { MOST_RENDERINGS = 8 };
+
+typedef struct {
+    double noise, bias, bias_squares, reference, mean;
+    uint64_t n;
+} PartSums;
+
+// One value in all renderings and references. Pairs of different pictures, each once.
+static void add_value(PartSums *sums, const double *a, uint32_t n, const double *b, uint32_t n_b) {
+    double noise = 0, bias = 0;
+    uint32_t n_pairs = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        for (uint32_t k = i + 1; k < n; k++, n_pairs++) {
+            const double *last = &b[n_b - 1];
+            noise += 0.5 * (a[i] - a[k]) * (a[i] - a[k]);
+            bias += 0.5 * ((a[i] - b[0]) * (a[k] - *last) + (a[k] - b[0]) * (a[i] - *last));
+        }
+    }
+    sums->noise += noise / n_pairs;
+    sums->bias += bias / n_pairs;
+    sums->bias_squares += bias / n_pairs * (bias / n_pairs);
+    sums->reference += 0.25 * (b[0] - b[n_b - 1]) * (b[0] - b[n_b - 1]);
+    sums->mean += 0.5 * (b[0] + b[n_b - 1]);
+    sums->n++;
+}
+
+bool compare_parts(const Image *a, uint32_t n, const Image *b, uint32_t n_b, const char *layer,
+                   ErrorParts *parts, char *message, size_t size) {
+    ComparePair pairs[MOST_RENDERINGS], halves;
+    PartSums sums = {0};
+    n = n < MOST_RENDERINGS ? n : MOST_RENDERINGS;
+    for (uint32_t i = 0; i < n; i++) {
+        if (!compare_pair(&a[i], &b[0], layer, &pairs[i], message, size)) {
+            return false;
+        }
+    }
+    if (!compare_pair(&b[n_b - 1], &b[0], layer, &halves, message, size)) {
+        return false;
+    }
+    for (size_t c = 0; c < halves.n_channels; c++) {
+        for (size_t at = 0; at < (size_t)halves.width * halves.height; at++) {
+            double values[MOST_RENDERINGS];
+            const double of_b[2] = {(double)halves.b[c]->values[at],
+                                    (double)halves.a[c]->values[at]};
+            bool is_fine = isfinite(of_b[0]) && isfinite(of_b[1]);
+            for (uint32_t i = 0; i < n; i++) {
+                values[i] = (double)pairs[i].a[c]->values[at];
+                is_fine &= isfinite(values[i]);
+            }
+            if (is_fine) {
+                add_value(&sums, values, n, of_b, n_b);
+            }
+        }
+    }
+    if (sums.n == 0) {
+        snprintf(message, size, "no value is finite in all pictures");
+        return false;
+    }
+    double values = (double)sums.n, bias = sums.bias / values;
+    double variance = fmax(sums.bias_squares / values - bias * bias, 0);
+    *parts = (ErrorParts){
+        .mean = sums.mean / values,
+        .noise = sqrt(sums.noise / values),
+        .bias_square = bias,
+        // The channels of a pixel have the same paths.
+        .bias_error = sqrt(variance * (double)halves.n_channels / values),
+        .noise_of_ref = n_b > 1 ? sqrt(sums.reference / values) : NAN,
+    };
+    return true;
+}
+
 // ---- Flicker
 
 struct FlickerSum {

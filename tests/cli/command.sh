@@ -19,7 +19,7 @@ test_version_is_quick() {
 test_help_names_every_command() {
     local command
     expect 0 "$ST4" help
-    for command in render check info eval mesh fmt depends compare help; do
+    for command in render check info eval mesh fmt depends compare measure help; do
         has "$out" "  $command "
         [ $command = help ] || "$ST4" help $command | grep -q "^usage: st4 $command" ||
             fail "no help for $command"
@@ -62,6 +62,9 @@ fmt
 fmt a.st4 -w --check
 depends a.st4 a.st4
 mesh a.st4 -o a.ply --label nosuch
+measure -
+measure a.st4 --accel kd3
+measure a.st4 --ref a.exr --ref b.exr --ref c.exr
 END
 }
 
