@@ -71,6 +71,9 @@ double measure_left(const Measure *measure); // of the budget, seconds
 // "-s 16 --accel kd3", in the arena.
 const char *measure_arguments(Arena *arena, const MeasureSetting *setting);
 
+// The whole command, to be pasted into a shell: with what measure was told of the scene.
+const char *measure_command(const Measure *measure, const char *arguments);
+
 // Renders the measured frame to folder/name.exr. An exit status; what the renderer said is in
 // folder/log then. 130: interrupted; STATUS_LATE: it took longer than run_limit.
 int measure_render(Measure *measure, const char *name, const MeasureSetting *setting, uint64_t seed,

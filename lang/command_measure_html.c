@@ -371,10 +371,8 @@ static void put_advice(FILE *out, const Measure *measure, const char *goal, Meas
         fputs("<td colspan=4>nothing that was measured comes there</td></tr>\n", out);
         return;
     }
-    fputs("<td><code>st4 render ", out);
-    put_escaped(out, measure->scene);
-    fputc(' ', out);
-    put_escaped(out, measure_advice_arguments(measure->arena, &advice));
+    fputs("<td><code>", out);
+    put_escaped(out, measure_command(measure, measure_advice_arguments(measure->arena, &advice)));
     fprintf(out, "</code></td><td>%.3g s</td><td>%.3g %%</td><td>%s</td></tr>\n", advice.seconds,
             100 * advice.error, advice.is_measured ? "measured" : "reckoned");
 }

@@ -22,6 +22,19 @@ static const MeasurePoint *find_default(const Measure *measure) {
     return NULL;
 }
 
+// Of those that are both faster and closer, the closest; NULL: none.
+static const MeasurePoint *find_better(const Measure *measure, const MeasurePoint *than) {
+    const MeasurePoint *best = NULL;
+    for (size_t i = 0; i < measure->n_points; i++) {
+        const MeasurePoint *p = &measure->points[i];
+        if (measure_seconds(p) < measure_seconds(than) && p->error < than->error &&
+            (!best || p->error < best->error)) {
+            best = p;
+        }
+    }
+    return best;
+}
+
 static int by_seconds(const void *a, const void *b) {
     double x = measure_seconds(a), y = measure_seconds(b);
     return (x > y) - (x < y);
@@ -50,8 +63,8 @@ static void print_advice(const Measure *measure, const char *goal, const Measure
         printf("  %-9s none of what was measured comes there\n", goal);
         return;
     }
-    printf("  %-9s st4 render %s %s\n            %s%.3g s, %.3g %%\n", goal, measure->scene,
-           measure_advice_arguments(measure->arena, advice),
+    const char *arguments = measure_advice_arguments(measure->arena, advice);
+    printf("  %-9s %s\n            %s%.3g s, %.3g %%\n", goal, measure_command(measure, arguments),
            advice->is_measured ? "measured: " : "reckoned: about ", advice->seconds,
            100 * advice->error);
 }
@@ -80,12 +93,12 @@ static void print_default(const Measure *measure) {
     }
     printf("\nThe defaults (%s): %.3g s, error %.3g %%.\n", p->arguments, measure_seconds(p),
            100 * p->error);
-    MeasureAdvice better = measure_for_error(measure, p->error);
-    if (p->is_on_front) {
+    const MeasurePoint *better = find_better(measure, p);
+    if (better) {
+        printf("They are not on the front: %s takes %.3g s, error %.3g %%.\n", better->arguments,
+               measure_seconds(better), 100 * better->error);
+    } else {
         printf("They are on the front: nothing that was measured is both faster and closer.\n");
-    } else if (better.base && better.seconds < measure_seconds(p)) {
-        printf("They are not on the front: the same error takes about %.3g s by %s.\n",
-               better.seconds, measure_advice_arguments(measure->arena, &better));
     }
 }
 

@@ -68,30 +68,61 @@ static void put_words(Arguments *arguments, const char *text, Arena *arena) {
     }
 }
 
-// What was said of the scene and the machine goes to every run alike.
+// Options of the scene and the machine, which go to every run alike.
+static bool is_common(OptionId option) {
+    switch (option) {
+    case OPTION_DEFINE:
+    case OPTION_INCLUDE:
+    case OPTION_SIZE:
+    case OPTION_FPS:
+    case OPTION_SHUTTER:
+    case OPTION_THREADS:
+    case OPTION_MEMORY:
+    case OPTION_BAKE:
+    case OPTION_MAX_DEPTH:
+    case OPTION_VALIDATE:
+        return true;
+    default:
+        return false;
+    }
+}
+
 static void put_common(Arguments *arguments, const Options *options, Arena *arena) {
     for (size_t i = 0; i < options->n_uses; i++) {
         const OptionUse *use = &options->uses[i];
-        switch (use->option) {
-        case OPTION_DEFINE:
-        case OPTION_INCLUDE:
-        case OPTION_SIZE:
-        case OPTION_FPS:
-        case OPTION_SHUTTER:
-        case OPTION_THREADS:
-        case OPTION_MEMORY:
-        case OPTION_BAKE:
-        case OPTION_MAX_DEPTH:
-        case OPTION_VALIDATE:
+        if (is_common(use->option)) {
             put(arguments, option_spelling(arena, use->option), arena);
             if (use->text) {
                 put(arguments, use->text, arena);
             }
-            break;
-        default:
-            break;
         }
     }
+}
+
+// A word as a shell reads it.
+static const char *quoted(Arena *arena, const char *word) {
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+                                "-_=./,:+@%";
+    if (*word && word[strspn(word, plain)] == '\0') {
+        return word;
+    }
+    const char *text = "'";
+    for (; *word; word++) {
+        text = *word == '\'' ? arena_printf(arena, "%s'\\''", text)
+                             : arena_printf(arena, "%s%c", text, *word);
+    }
+    return arena_printf(arena, "%s'", text);
+}
+
+const char *measure_command(const Measure *measure, const char *arguments) {
+    Arena *arena = measure->arena;
+    Arguments common = {0};
+    put_common(&common, measure->options, arena);
+    const char *text = arena_printf(arena, "st4 render %s", quoted(arena, measure->scene));
+    for (size_t i = 0; i < common.n; i++) {
+        text = arena_printf(arena, "%s %s", text, quoted(arena, common.of[i]));
+    }
+    return arena_printf(arena, "%s %s", text, arguments);
 }
 
 static void stop(int signal) {
