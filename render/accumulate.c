@@ -41,6 +41,7 @@ int accumulate_trace(const Scene *scene, const RenderOptions *options, int64_t f
     PathScene paths;
     uint32_t n = options->subframes;
     share.spp = options->spp / n;
+    share.is_still = true;
     sharp.shutter.length = 0;
     path_scene_init(&paths, &arena, &sharp);
     int status = 0;

@@ -25,6 +25,8 @@ typedef struct {
     uint32_t spp;       // >= 1
     uint32_t subframes; // >= 1: so many sharp pictures add up to a frame (render/accumulate.h), spp
                         // a multiple of it; 0: every sample has an instant of its own
+    bool is_still; // a world of one instant, at which the shutter opens: vertices stand as they
+                   // are then, in static structures; n_frames is 1 (for subframes)
     uint64_t seed;
     double tolerance;   // pixels; 0: as each shape says
     uint32_t n_threads; // >= 1
