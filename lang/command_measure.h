@@ -93,7 +93,9 @@ void measure_resume(Measure *measure);
 // Turns the knobs until the budget is spent. An exit status.
 int measure_turn_knobs(Measure *measure);
 
-// Marks the points that no other beats in both seconds and error.
+// Whether a is closer than b and no slower, or no farther and faster beyond the spread of both.
+bool measure_beats(const MeasurePoint *a, const MeasurePoint *b);
+// Marks the points that no other beats.
 void measure_mark_front(Measure *measure);
 
 // The settings that reach an error, or that are best in a time, with as many samples as it takes.

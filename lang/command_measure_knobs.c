@@ -119,9 +119,9 @@ int measure_turn_knobs(Measure *measure) {
 
 // ---- What it is worth
 
-static bool beats(const MeasurePoint *a, const MeasurePoint *b) {
-    double s = measure_seconds(a), t = measure_seconds(b);
-    return s <= t && a->error <= b->error && (s < t || a->error < b->error);
+bool measure_beats(const MeasurePoint *a, const MeasurePoint *b) {
+    bool is_closer = a->error < b->error && measure_seconds(a) <= measure_seconds(b);
+    return is_closer || (a->error <= b->error && a->most < b->least);
 }
 
 void measure_mark_front(Measure *measure) {
@@ -129,7 +129,7 @@ void measure_mark_front(Measure *measure) {
         MeasurePoint *point = &measure->points[i];
         point->is_on_front = true;
         for (size_t k = 0; k < measure->n_points; k++) {
-            point->is_on_front &= !beats(&measure->points[k], point);
+            point->is_on_front &= !measure_beats(&measure->points[k], point);
         }
     }
 }

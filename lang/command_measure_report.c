@@ -22,13 +22,12 @@ static const MeasurePoint *find_default(const Measure *measure) {
     return NULL;
 }
 
-// Of those that are both faster and closer, the closest; NULL: none.
+// Of those that beat it, the closest; NULL: none.
 static const MeasurePoint *find_better(const Measure *measure, const MeasurePoint *than) {
     const MeasurePoint *best = NULL;
     for (size_t i = 0; i < measure->n_points; i++) {
         const MeasurePoint *p = &measure->points[i];
-        if (measure_seconds(p) < measure_seconds(than) && p->error < than->error &&
-            (!best || p->error < best->error)) {
+        if (measure_beats(p, than) && (!best || p->error < best->error)) {
             best = p;
         }
     }

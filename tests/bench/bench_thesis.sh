@@ -5,7 +5,8 @@
 # Propeller (about 1000 triangles per part, all in one tree as there), twisted head (10,000) and a
 # dense deforming mesh (346,000: a stand-in, or obj=FILE) by the thesis' tree, the default
 # structure, a 3D tree with and without segments, and by accumulated subframes of static 3D trees.
-# Depth, leaf size and kappa are the thesis'. Seconds by the clock, medians of `rounds` runs.
+# Depth, leaf size and kappa are the thesis'. Segments are summed over subframes; those of the
+# default structure are its clusters. Seconds by the clock, medians of `rounds` runs.
 #   size=320x240 rounds=3 counts="8 16" limit=600 scenes="propeller head mesh" obj=FILE
 set -eu
 cd "$(dirname "$0")/../.."
