@@ -70,7 +70,6 @@ static int open_scene(Measure *measure) {
     measure->frame = session.frames[session.n_frames / 2];
     measure->width = scene->film.width;
     measure->height = scene->film.height;
-    measure->shutter = scene->shutter.length;
     measure->n_threads = render.n_threads;
     measure->spp = render.spp;
     measure->moves = is_moving(scene);

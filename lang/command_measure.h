@@ -52,11 +52,10 @@ typedef struct {
     const char *fingerprint; // of all that the results depend on, beside the knobs
     int64_t frame;
     uint32_t width, height, n_threads, spp; // spp: the default
-    double shutter;                         // frame periods
     bool moves;                             // and blurs
     double budget, start;                   // seconds
     double run_limit;                       // seconds that a run may take; 0: as long as it likes
-    bool is_quiet, is_interrupted;
+    bool is_quiet;
     MeasureReference reference;
     MeasurePoint *points;
     size_t n_points, capacity;

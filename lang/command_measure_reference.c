@@ -27,6 +27,9 @@ static int average(Measure *measure) {
     if (!compare_parts(two, 2, r->halves, r->n, NULL, &parts, message, sizeof message)) {
         return refuse(r->paths[0], message);
     }
+    if (!(fabs(parts.mean) > 0)) {
+        return refuse(r->paths[0], "the reference is black: errors cannot be relative to it");
+    }
     r->noise = parts.noise_of_ref / fabs(parts.mean);
     r->mean = r->halves[0];
     r->mean.channels = ARENA_ARRAY(measure->arena, r->mean.n_channels, ImageChannel);
@@ -113,6 +116,7 @@ static int make(Measure *measure) {
     MeasureReference *r = &measure->reference;
     MeasureSetting setting = {.spp = PILOT_SPP, .tolerance = 0.03};
     MeasureWork work;
+    remove(state_path(measure)); // what it vouches for is overwritten now
     int status = measure_render(measure, "reference-1", &setting, FIRST_SEED, &work);
     r->spp = 0;
     r->seconds = 0;

@@ -256,7 +256,6 @@ int measure_render(Measure *measure, const char *name, const MeasureSetting *set
     put(&arguments, measure->scene, arena);
     double before = children_seconds();
     int status = run_program(measure, arguments.of);
-    measure->is_interrupted |= status == STATUS_INTERRUPTED;
     if (status == STATUS_OK && !read_work(stats, work)) {
         fprintf(stderr, "st4: error: %s: cannot read: %s\n", stats, strerror(errno));
         return STATUS_FILES;

@@ -72,4 +72,7 @@ test_measure_takes_references() {
     has "$err" '32x24 pixels, the scene is measured at 8x8'
     expect 3 "$ST4" measure crossing.st4 --ref missing.exr
     expect 3 "$ST4" measure crossing.st4 --work nosuch/folder
+    printf 'film { size = <16, 12> }\nsphere {}\ncamera { from = <0, 0, 5> }\nsky { color = <0, 0, 0> }\n' >black.st4
+    expect 3 "$ST4" measure black.st4 --budget 3
+    has "$err" 'the reference is black'
 }
