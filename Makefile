@@ -5,6 +5,7 @@
 # make fuzz       fuzzes the language, for seconds=N or runs=N
 # make test-stability   rays and geometry that break things; STRESS=1 scale=0.1 filter=closed_*
 # make bench      structures against Embree         make bench-lang  language against C, POV-Ray
+# make thesis     the tables of the thesis that it all began with
 # config=release|debug|asan|ubsan selects flags and the folder build/$(config).
 
 config ?= release
@@ -174,6 +175,13 @@ run-bench: $(B)/bench-accel
 .PHONY: bench-lang
 bench-lang: st4 $(B)/bench-lang
 	@ST4=$(B)/st4 BENCH=$(B)/bench-lang tests/bench/bench_lang.sh
+
+# The thesis' tables (section 7) on this machine: tests/bench/bench_thesis.sh names its variables;
+# obj=FILE takes the place of the dense mesh.
+.PHONY: thesis
+thesis: st4
+	@ST4=$(B)/st4 obj=$(obj) size=$(size) rounds=$(rounds) counts="$(counts)" \
+	    scenes="$(scenes)" tests/bench/bench_thesis.sh
 
 $(B)/bench-lang: $(B)/tests/bench/bench_lang.o $(B)/tests/bench/deform_scene.o $(LIBRARY)
 	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) $(LDLIBS)

@@ -24,5 +24,6 @@ int command_fmt(Arena *arena, const Options *options);
 int command_depends(Arena *arena, const Options *options);
 int command_compare(Arena *arena, const Options *options);
 int command_merge(Arena *arena, const Options *options);
+int command_measure(Arena *arena, const Options *options);
 
 #endif

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "lang/excerpt.h"
+#include "lang/json.h"
 #include "lang/utf8.h"
 
 const WarningInfo warning_infos[WARN_COUNT] = {
@@ -149,27 +150,10 @@ static void put_clean(FILE *out, const char *text) {
     }
 }
 
-static void put_json_string(FILE *out, const char *text) {
-    const char *end = text + strlen(text);
-    unsigned size;
-    fputc('"', out);
-    for (; text < end; text += size) {
-        uint32_t c = utf8_decode(text, end, &size);
-        if (c == '"' || c == '\\') {
-            fprintf(out, "\\%c", (int)c);
-        } else if (utf8_steers(c) || c == UTF8_BAD) {
-            fprintf(out, "\\u%04x", c);
-        } else {
-            fwrite(text, 1, size, out);
-        }
-    }
-    fputc('"', out);
-}
-
 static void put_json_place(FILE *out, SourcePlace place) {
     fputs("\"file\":", out);
     if (place.file) {
-        put_json_string(out, place.file->path);
+        json_string(out, place.file->path);
     } else {
         fputs("null", out);
     }
@@ -185,15 +169,15 @@ static void put_json(Diag *diag, const Report *report) {
     fprintf(out, ",\"end_line\":%" PRIu32 ",\"end_column\":%" PRIu32 ",\"name\":", to.line,
             to.column);
     if (report->name) {
-        put_json_string(out, report->name);
+        json_string(out, report->name);
     } else {
         fputs("null", out);
     }
     fputs(",\"message\":", out);
-    put_json_string(out, report->message);
+    json_string(out, report->message);
     fputs(",\"hint\":", out);
     if (report->hint) {
-        put_json_string(out, report->hint);
+        json_string(out, report->hint);
     } else {
         fputs("null", out);
     }

@@ -70,6 +70,8 @@ static int run(Arena *arena, const Options *options) {
         return command_compare(arena, options);
     case COMMAND_MERGE:
         return command_merge(arena, options);
+    case COMMAND_MEASURE:
+        return command_measure(arena, options);
     case COMMAND_HELP:
     case COMMAND_COUNT:
         break;

@@ -174,6 +174,23 @@ static const AccelType *find_accel(const Session *session, const char *name) {
     return found;
 }
 
+static bool check_subframes(const Session *session, const RenderOptions *render) {
+    const OptionValue *asked = &session->options->values[OPTION_SUBFRAMES];
+    uint32_t n = render->subframes;
+    if (asked->is_set && n == 0) {
+        fprintf(stderr, "st4: error: --subframes is for --method accumulate\n");
+        return false;
+    }
+    if (n > 0 && render->spp % n != 0) {
+        fprintf(stderr,
+                "st4: error: %u samples per pixel cannot be shared among %u subframes evenly; "
+                "--spp %u can\n",
+                render->spp, n, (render->spp / n + 1) * n);
+        return false;
+    }
+    return true;
+}
+
 bool session_render_options(const Session *session, RenderOptions *render) {
     const OptionValue *values = session->options->values;
     const RenderSettings *settings = &session->scene->render;
@@ -183,6 +200,7 @@ bool session_render_options(const Session *session, RenderOptions *render) {
         .frames = session->frames,
         .n_frames = session->n_frames,
         .spp = (uint32_t)(values[OPTION_SPP].is_set || !settings->spp ? spp : settings->spp),
+        .subframes = values[OPTION_METHOD].integer ? (uint32_t)values[OPTION_SUBFRAMES].integer : 0,
         .seed = values[OPTION_SEED].is_set ? values[OPTION_SEED].integer : settings->seed,
         .tolerance = values[OPTION_TOLERANCE].number,
         .first_sample = values[OPTION_SAMPLES].first,
@@ -204,7 +222,7 @@ bool session_render_options(const Session *session, RenderOptions *render) {
     accel->leaf_size = (uint32_t)values[OPTION_LEAF_SIZE].integer;
     accel->max_depth = (uint32_t)values[OPTION_MAX_DEPTH].integer;
     accel->n_threads = render->n_threads;
-    return render->accel != NULL;
+    return render->accel != NULL && check_subframes(session, render);
 }
 
 int session_refuse(const Session *session, int status, const char *path, const char *message) {

@@ -1,18 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // How far an image is from a reference. Sums are formed row by row, so that millions of small terms
 // do not drown in one large one.
-#include "render/compare.h"
+#include "render/compare_pair.h"
 
 #include <math.h>
 #include <stdio.h>
-
-enum { MOST_CHANNELS = 3 };
-
-typedef struct {
-    const ImageChannel *a[MOST_CHANNELS], *b[MOST_CHANNELS];
-    size_t n_channels;
-    uint32_t width, height;
-} Pair;
+#include <string.h>
 
 static double ratio(double up, double down) {
     return up == 0 ? 0 : up / down;
@@ -43,19 +36,66 @@ static const ImageChannel *find(const Image *image, const char *name, const char
     return channel;
 }
 
-static bool make_pair(const Image *a, const Image *b, const char *channel, Pair *pair,
-                      char *message, size_t n) {
-    const char *names[MOST_CHANNELS] = {"R", "G", "B"};
+static bool is_within(const char *name, const char *layer) {
+    size_t n = strlen(layer);
+    return strncmp(name, layer, n) == 0 && name[n] == '.';
+}
+
+// Names of b's channels that make up the layer; 0: there are none, and it may be one of a's.
+static size_t name_channels(const Image *b, const char *layer, const char **names) {
+    static const char *const color[] = {"R", "G", "B"};
+    size_t n = 0;
+    if (!layer || !*layer) {
+        memcpy(names, color, sizeof color);
+        return 3;
+    }
+    if (image_channel(b, layer)) {
+        names[0] = layer;
+        return 1;
+    }
+    for (uint32_t i = 0; i < b->n_channels && n < COMPARE_CHANNELS; i++) {
+        if (is_within(b->channels[i].name, layer)) {
+            names[n++] = b->channels[i].name;
+        }
+    }
+    return n;
+}
+
+// Stored in the order of the file, which is that of the alphabet; FLIP wants red first.
+static bool sort_color(const char **names, size_t n) {
+    const char *sorted[3] = {0};
+    for (size_t i = 0; i < n && n == 3; i++) {
+        const char *dot = strrchr(names[i], '.');
+        const char *last = dot ? dot + 1 : names[i];
+        const char *at = strlen(last) == 1 ? strchr("RGB", *last) : NULL;
+        sorted[at ? at - "RGB" : 0] = names[i];
+    }
+    if (!sorted[0] || !sorted[1] || !sorted[2]) {
+        return false;
+    }
+    memcpy(names, sorted, sizeof sorted);
+    return true;
+}
+
+bool compare_pair(const Image *a, const Image *b, const char *layer, ComparePair *pair,
+                  char *message, size_t n) {
+    const char *names[COMPARE_CHANNELS];
     if (a->width != b->width || a->height != b->height) {
         snprintf(message, n, "the sizes differ: %ux%u pixels and %ux%u", a->width, a->height,
                  b->width, b->height);
         return false;
     }
-    *pair = (Pair){.n_channels = channel ? 1 : 3, .width = a->width, .height = a->height};
+    *pair = (ComparePair){.width = a->width, .height = a->height};
+    pair->n_channels = name_channels(b, layer, names);
+    if (pair->n_channels == 0) {
+        bool a_has = name_channels(a, layer, names) > 0;
+        find(a_has ? b : a, layer, a_has ? "second" : "first", message, n);
+        return false;
+    }
+    pair->is_color = sort_color(names, pair->n_channels);
     for (size_t c = 0; c < pair->n_channels; c++) {
-        const char *name = channel ? channel : names[c];
-        pair->a[c] = find(a, name, "first", message, n);
-        pair->b[c] = pair->a[c] ? find(b, name, "second", message, n) : NULL;
+        pair->a[c] = find(a, names[c], "first", message, n);
+        pair->b[c] = pair->a[c] ? find(b, names[c], "second", message, n) : NULL;
         if (!pair->b[c]) {
             return false;
         }
@@ -63,8 +103,27 @@ static bool make_pair(const Image *a, const Image *b, const char *channel, Pair 
     return true;
 }
 
+const char *const *compare_layers(Arena *arena, const Image *image, uint32_t *n) {
+    const char **layers = ARENA_ARRAY(arena, image->n_channels + 1, const char *);
+    *n = 0;
+    layers[(*n)++] = "";
+    for (uint32_t i = 0; i < image->n_channels; i++) {
+        const char *name = image->channels[i].name, *dot = strrchr(name, '.');
+        bool is_known = strlen(name) == 1 && strchr("RGBA", *name);
+        const char *layer =
+            dot && dot != name ? arena_string(arena, name, (size_t)(dot - name)) : name;
+        for (uint32_t k = 0; k < *n; k++) {
+            is_known |= strcmp(layers[k], layer) == 0;
+        }
+        if (!is_known) {
+            layers[(*n)++] = layer;
+        }
+    }
+    return layers;
+}
+
 // The first way: counts and means, which the relative measures need before they can sum.
-static void count(const Pair *pair, Comparison *r) {
+static void count(const ComparePair *pair, Comparison *r) {
     for (uint32_t y = 0; y < pair->height; y++) {
         double sum_a = 0, sum_b = 0;
         for (size_t c = 0; c < pair->n_channels; c++) {
@@ -88,7 +147,7 @@ static void count(const Pair *pair, Comparison *r) {
     r->mean_b = ratio(r->mean_b, (double)r->n_values);
 }
 
-static void measure_row(const Pair *pair, uint32_t y, Comparison *r) {
+static void measure_row(const ComparePair *pair, uint32_t y, Comparison *r) {
     double sum = 0, relative = 0, floor_of_b = 0.01 * r->mean_b * r->mean_b;
     for (uint32_t x = 0; x < pair->width; x++) {
         for (size_t c = 0; c < pair->n_channels; c++) {
@@ -113,11 +172,11 @@ static void measure_row(const Pair *pair, uint32_t y, Comparison *r) {
     r->relative_mse += relative;
 }
 
-bool compare_images(const Image *a, const Image *b, const char *channel, Comparison *result,
+bool compare_images(const Image *a, const Image *b, const char *layer, Comparison *result,
                     char *message, size_t n) {
-    Pair pair;
+    ComparePair pair;
     *result = (Comparison){0};
-    if (!make_pair(a, b, channel, &pair, message, n)) {
+    if (!compare_pair(a, b, layer, &pair, message, n)) {
         return false;
     }
     count(&pair, result);

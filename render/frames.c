@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "render/accumulate.h"
 #include "render/checkpoint.h"
 #include "render/frame_lock.h"
 #include "render/interrupt.h"
@@ -69,9 +70,10 @@ static void troubles_init(PathTroubles *troubles, Arena *arena, const Scene *sce
     troubles->materials = ARENA_ARRAY(arena, scene->n_materials, bool);
 }
 
-// Traces what the film of the frame lacks, with a checkpoint now and then.
-static bool trace_frame(Run *run, const World *world, int64_t frame, const char *picture,
-                        const FilmOrigin *origin) {
+// Traces what the film of the frame lacks, with a checkpoint now and then. An exit status.
+static int trace_frame(Run *run, const World *world, int64_t frame, const char *picture,
+                       const FilmOrigin *origin) {
+    double start = progress_clock(), waited = world_waited(world);
     TilePass pass = {.frame = frame, .first = origin->first, .n = origin->n};
     TilesOutcome outcome;
     do {
@@ -82,7 +84,19 @@ static bool trace_frame(Run *run, const World *world, int64_t frame, const char 
             checkpoint_save(&run->checkpoint, picture, &run->film, origin, run->reporter);
         }
     } while (outcome == TILES_DUE);
-    return outcome == TILES_DONE;
+    run->stats->trace_seconds +=
+        progress_clock() - start - (world_waited(world) - waited) / run->options->n_threads;
+    return !world_is_sound(world, run->reporter) ? STATUS_SCENE
+           : outcome == TILES_DONE               ? STATUS_FINE
+                                                 : STATUS_INTERRUPTED;
+}
+
+// World NULL: the frame is summed up from worlds of its own, without checkpoints.
+static int trace(Run *run, const World *world, int64_t frame, const char *picture,
+                 const FilmOrigin *origin) {
+    return world ? trace_frame(run, world, frame, picture, origin)
+                 : accumulate_trace(&run->scene, run->options, frame, run->reporter, &run->film,
+                                    &run->progress, run->stats, &run->troubles);
 }
 
 // Whatever is in the way of the picture may be cleared away: the sums are kept if they can be.
@@ -114,23 +128,17 @@ static int finish(const Run *run, int64_t frame, bool was_there) {
 static int make_picture(Run *run, const World *world, int64_t frame, const char *picture,
                         const FilmOrigin *origin) {
     char message[OUTPUT_MESSAGE_SIZE];
-    double start = progress_clock(), waited = world_waited(world);
     if (!begin_film(run, picture, origin)) {
         return STATUS_FILES;
     }
     progress_frame(&run->progress, frame);
-    bool is_complete = trace_frame(run, world, frame, picture, origin);
+    int status = trace(run, world, frame, picture, origin);
     progress_pause(&run->progress);
-    double traced = progress_clock();
-    run->stats->trace_seconds +=
-        traced - start - (world_waited(world) - waited) / run->options->n_threads;
     report_troubles(run);
-    if (!world_is_sound(world, run->reporter)) {
-        return STATUS_SCENE;
+    if (status != STATUS_FINE) {
+        return status;
     }
-    if (!is_complete) {
-        return STATUS_INTERRUPTED;
-    }
+    double traced = progress_clock();
     bool is_written = output_write(picture, &run->film, origin, message, sizeof message);
     run->stats->write_seconds += progress_clock() - traced;
     if (!is_written) {
@@ -184,6 +192,10 @@ static int render_frame(Run *run, const World *world, int64_t frame) {
 
 // Renders a block that begins with frames[0], of n; *n_taken gets its length.
 static int render_block(Run *run, const int64_t *frames, uint32_t n, uint32_t *n_taken) {
+    if (accumulate_applies(&run->scene, run->options)) {
+        *n_taken = 1;
+        return render_frame(run, NULL, frames[0]);
+    }
     World *world =
         world_build(&run->scene, run->options, frames, n, run->reporter, n_taken, run->stats);
     if (!world) {

@@ -54,7 +54,7 @@ static bool may_glow(const PathScene *paths, uint32_t material) {
 }
 
 void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
-    *paths = (PathScene){.scene = scene, .lights_move = lights_are_moving(scene)};
+    *paths = (PathScene){.scene = scene, .lights_move = lights_are_moving(scene), .instant = 0.5};
     filter_init(&paths->filter, scene->film.filter);
     paths->camera_moves = camera_is_moving(&scene->camera);
     bool moves = path_scene_is_moving(scene);
@@ -375,7 +375,7 @@ static void start_path(PathTracer *tracer, Path *path, uint32_t x, uint32_t y,
 void path_trace(PathTracer *tracer, const Sampler *sampler, uint32_t x, uint32_t y, uint32_t index,
                 Film *film) {
     const PathScene *paths = tracer->paths;
-    double u[SAMPLE_DIMENSIONS], time = 0.5;
+    double u[SAMPLE_DIMENSIONS], time = paths->instant;
     sampler_draw(sampler, index, SAMPLE_SET_PIXEL, u);
     set_pixel(tracer, x, y);
     if (paths->draws_time) {

@@ -38,6 +38,9 @@ typedef struct {
     bool *glows;        // [n_materials]: it may
     uint32_t n_sets;    // of sample dimensions, for each surface of a path
     LightChoice choice; // of the frame; empty before path_scene_frame
+    // Where the shutter is no instant but one of several that share a pixel's samples
+    // (render/accumulate.h): its place in [0, 1].
+    double instant;
 } PathScene;
 
 // The camera must not be automatic any more.

@@ -32,6 +32,10 @@ typedef struct {
     uint32_t spp;    // >= 1
     uint32_t first_sample, last_sample; // of each pixel, from 1 to spp: a slice, whose `out` is a
                                         // file of sums; 0, 0: all
+    uint32_t subframes; // >= 1: so many sharp pictures add up to a frame (render/accumulate.h), spp
+                        // a multiple of it; 0: every sample has an instant of its own
+    bool is_still; // a world of one instant, at which the shutter opens: vertices stand as they
+                   // are then, in static structures; n_frames is 1 (for subframes)
     uint64_t seed;
     double tolerance;   // pixels; 0: as each shape says
     uint32_t n_threads; // >= 1

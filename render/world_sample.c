@@ -129,9 +129,8 @@ typedef struct {
 } KeyJob;
 
 // Every key of every form, in parallel; what a key holds depends on nothing else.
-static bool store_forms(World *world, uint32_t n_threads) {
+static bool store_forms(World *world, double first, uint32_t n_threads) {
     Assembly *parts = &world->parts;
-    double first = film_first_seconds(world->scene);
     size_t n_jobs = 0, at = 0;
     for (uint32_t i = 0; i < parts->n_forms; i++) {
         if (!form_store(parts->forms[i], first)) {
@@ -154,9 +153,19 @@ static bool store_forms(World *world, uint32_t n_threads) {
     return true;
 }
 
+// Forms that will be asked about one instant alone need one key: returns its seconds.
+static double hold_still(World *world, int64_t frame) {
+    for (uint32_t i = 0; i < world->parts.n_forms; i++) {
+        world->parts.forms[i]->moves = false;
+    }
+    return instant_seconds(instant_at(frame - 1, world->scene->shutter.open), world->fps);
+}
+
 // False after an error was reported.
 static bool sample(World *world, const RenderOptions *options, const int64_t *frames,
                    uint32_t n_frames, const Reporter *reporter, uint32_t *n_taken) {
+    double first =
+        options->is_still ? hold_still(world, frames[0]) : film_first_seconds(world->scene);
     *n_taken = plan_frames(world, options, frames, n_frames);
     if (*n_taken == 0) {
         report_error(reporter, world->scene->camera.where,
@@ -164,7 +173,7 @@ static bool sample(World *world, const RenderOptions *options, const int64_t *fr
                      "delayed over as many, while something moves");
         return false;
     }
-    if (!store_forms(world, options->n_threads)) {
+    if (!store_forms(world, first, options->n_threads)) {
         report_error(reporter, world->scene->camera.where,
                      "the motion in one frame needs more than 67 million samples in time");
         return false;

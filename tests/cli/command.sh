@@ -19,7 +19,7 @@ test_version_is_quick() {
 test_help_names_every_command() {
     local command
     expect 0 "$ST4" help
-    for command in render check info eval mesh fmt depends compare merge help; do
+    for command in render check info eval mesh fmt depends compare merge measure help; do
         has "$out" "  $command "
         [ $command = help ] || "$ST4" help $command | grep -q "^usage: st4 $command" ||
             fail "no help for $command"
@@ -73,6 +73,9 @@ a.st4 --checkpoint -1
 check a.st4 --resume
 merge
 merge a.st4film
+measure -
+measure a.st4 --accel kd3
+measure a.st4 --ref a.exr --ref b.exr --ref c.exr
 END
 }
 

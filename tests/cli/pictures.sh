@@ -146,3 +146,26 @@ END
     grep -q '"unbuilt": 0,' stats.json || fail "$(grep unbuilt stats.json)"
     cmp 1.exr 2.exr && cmp 1.exr 5.exr && cmp 1.exr all.exr || fail 'the pictures differ'
 }
+
+test_subframes_share_the_samples() {
+    local scene=$ROOT/examples/propeller.st4
+    expect 0 "$ST4" "$scene" --size 40x30 -f 2 -s 16 --method accumulate --subframes 8 -o a.exr \
+        --stats a.json --validate
+    has "$(cat a.json)" '"blocks": 8,'
+    has "$(cat a.json)" '"time": 0,'
+    expect 0 "$ST4" info a.exr
+    has "$out" '--method accumulate'
+    has "$out" '--subframes 8'
+    expect 0 "$ST4" "$scene" --size 40x30 -f 2 -s 16 --method accumulate --subframes 8 -o b.exr \
+        --accel kd3 -j 1
+    same a.exr b.exr
+    # Static structures: one set of vertices and no segments, whatever deforms.
+    expect 0 "$ST4" "$ROOT/examples/head.st4" --size 40x30 -f 24 -s 4 --method accumulate \
+        --subframes 2 -o c.exr --accel kd3 --stats c.json
+    has "$(cat c.json)" '"keys": 2,'
+    has "$(cat c.json)" '"primitives": 19600,'
+    has "$(cat c.json)" '"segments": 19600,'
+    expect 2 "$ST4" "$scene" -s 16 --method accumulate --subframes 6 -o c.exr
+    has "$err" '--spp 18 can'
+    expect 2 "$ST4" "$scene" -s 16 --subframes 6 -o c.exr
+}
