@@ -157,6 +157,9 @@ static void grow_table_slots(Dag *dag) {
 static uint32_t add_table(Dag *dag, ProgramTable table) {
     dag->tables = arena_grow(dag->arena, dag->tables, dag->n_tables, &dag->tables_capacity,
                              sizeof *dag->tables);
+    dag->bounds = arena_grow(dag->arena, dag->bounds, dag->n_tables, &dag->bounds_capacity,
+                             sizeof *dag->bounds);
+    dag->bounds[dag->n_tables] = table.live ? BOUND_NONE : dag_table_bound(&table);
     dag->tables[dag->n_tables] = table;
     return (uint32_t)dag->n_tables++;
 }
@@ -502,11 +505,8 @@ Ref dag_rebuild(Dag *dag, const DagNode *node, const Ref operands[3]) {
         ProgramTable table = dag->tables[node->b];
         Ref known = table.live ? REF_NONE
                                : fold_table(dag, (Op)node->op, operands[0], table.values, table.n);
-        if (table.is_lasting) {
-            return known != REF_NONE ? known
-                                     : intern(dag, (Op)node->op, operands[0], node->b, node->c);
-        }
-        return table_op(dag, (Op)node->op, operands[0], table.values, table.n, node->c);
+        // What follows from its values alone was found when the table was first used.
+        return known != REF_NONE ? known : intern(dag, (Op)node->op, operands[0], node->b, node->c);
     }
     return dag_op(dag, (Op)node->op, operands[0], operands[1], operands[2]);
 }

@@ -34,7 +34,7 @@ static int16_t bound_of_value(double x) {
 }
 
 // By their bits, in which larger magnitudes are larger numbers, and what is not finite the largest.
-static int16_t bound_of_table(const ProgramTable *table) {
+int16_t dag_table_bound(const ProgramTable *table) {
     uint64_t most = 0;
     for (uint32_t i = 0; i < table->n; i++) {
         uint64_t bits;
@@ -74,7 +74,7 @@ int16_t dag_node_bound(const Dag *dag, const DagNode *n) {
     case OP_INPUT:
         return bound_of_input((Input)n->a);
     case OP_TABLE:
-        return dag->tables[n->b].live ? BOUND_NONE : bound_of_table(&dag->tables[n->b]);
+        return dag->bounds[n->b];
     case OP_SEARCH:
         return 32;
     case OP_LT:

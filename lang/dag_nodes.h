@@ -44,7 +44,8 @@ struct Dag {
     Ref *slots; // open addressing, a power of two; REF_NONE: empty
     size_t n_slots;
     ProgramTable *tables;
-    size_t n_tables, tables_capacity;
+    int16_t *bounds; // [n_tables] of their values, as of nodes
+    size_t n_tables, tables_capacity, bounds_capacity;
     uint32_t *table_slots;
     size_t n_table_slots;
     DagWalk *walk;
@@ -60,6 +61,7 @@ static inline uint32_t dag_node_operands(const DagNode *node, Ref operands[3]) {
 double dag_node_value(const DagNode *node); // of a CONST
 // What follows for a new node from its operands (lang/dag_facts.c).
 int16_t dag_node_bound(const Dag *dag, const DagNode *node);
+int16_t dag_table_bound(const ProgramTable *table);
 uint8_t dag_node_facts(const Dag *dag, const DagNode *node);
 
 // Visits what the roots reach and that reads any input of the mask (mask 0: everything), operands
