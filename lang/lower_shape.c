@@ -187,14 +187,25 @@ static Ref at_start(Eval *ev, Ref ref) {
     return dag_substitute(ev->dag, dag_substitute(ev->dag, ref, IN_T, start), IN_FILM_T, start);
 }
 
+static const Input rest_inputs[6] = {IN_PX, IN_PY, IN_PZ, IN_NX, IN_NY, IN_NZ};
+
+typedef struct {
+    Eval *ev;
+    Ref with[6]; // in place of rest_inputs
+} Resting;
+
+static Ref change_resting(void *context, Ref ref) {
+    const Resting *resting = context;
+    return dag_substitute_all(resting->ev->dag, ref, rest_inputs, resting->with, 6);
+}
+
 // p and n in a material are the rest position and normal in the shape's own block: where the mesh
 // has a map of its own, that is where this puts them at t = 0.
-static MaterialValue *at_own_size(Eval *ev, const MaterialValue *material, const Form *form) {
-    static const Input inputs[6] = {IN_PX, IN_PY, IN_PZ, IN_NX, IN_NY, IN_NZ};
+static const MaterialValue *at_own_size(Eval *ev, const MaterialValue *material, const Form *form) {
     Ref in[6], rest[3];
     RefMap own;
     for (int k = 0; k < 6; k++) {
-        in[k] = dag_input(ev->dag, inputs[k]);
+        in[k] = dag_input(ev->dag, rest_inputs[k]);
     }
     for (int k = 0; k < 12; k++) {
         own.m[k / 4][k % 4] = at_start(ev, form->own.m[k / 4][k % 4]);
@@ -205,20 +216,21 @@ static MaterialValue *at_own_size(Eval *ev, const MaterialValue *material, const
     Ref3 p = spatial_map_point(ev->dag, &own, ref3(rest[0], rest[1], rest[2]));
     Ref3 n =
         spatial_normalize(ev->dag, spatial_map_normal(ev->dag, &own, ref3(in[3], in[4], in[5])));
-    const Ref with[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
-    MaterialValue *mapped = ARENA_NEW(ev->arena, MaterialValue);
-    *mapped = *material;
-    for (uint32_t i = 0; i < mapped->n; i++) {
-        mapped->ref[i] = dag_substitute_all(ev->dag, mapped->ref[i], inputs, with, 6);
-    }
-    return mapped;
+    Resting resting = {ev, {p.x, p.y, p.z, n.x, n.y, n.z}};
+    return material_change(ev->arena, material, change_resting, &resting);
 }
 
-// The material with the points' own colors in place of its own.
-static MaterialValue *colored(Eval *ev, const MaterialValue *material, const Ref color[3]) {
+// The material with the points' own colors in place of its own; of a mix, of all its parts.
+static const MaterialValue *colored(Eval *ev, const MaterialValue *material, const Ref rgb[3]) {
     MaterialValue *own = ARENA_NEW(ev->arena, MaterialValue);
     *own = *material;
-    memcpy(own->ref, color, 3 * sizeof *color);
+    if (own->kind != MATERIAL_MIX) {
+        memcpy(own->ref + MATERIAL_OWN, rgb, 3 * sizeof *rgb);
+        return own;
+    }
+    for (int k = 0; k < 2; k++) {
+        own->parts[k] = colored(ev, own->parts[k], rgb);
+    }
     return own;
 }
 

@@ -47,23 +47,10 @@ void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
     filter_init(&paths->filter, scene->film.filter);
     paths->camera_moves = reads_time(scene->camera.program);
     paths->draws_time = !shutter_is_instant(&scene->shutter) && path_scene_is_moving(scene);
-    paths->material = arena_array(arena, scene->n_materials, sizeof *paths->material);
-    paths->material_is_constant = ARENA_ARRAY(arena, scene->n_materials, bool);
-    bool is_rough = false;
-    for (uint32_t i = 0; i < scene->n_materials; i++) {
-        const Material *material = &scene->materials[i];
-        paths->material_is_constant[i] = program_is_constant(material->program);
-        if (paths->material_is_constant[i]) {
-            const double in[IN_COUNT] = {0};
-            program_run1(material->program, in, paths->material[i]);
-        }
-        is_rough |= material->kind == MATERIAL_METAL || material->kind == MATERIAL_GLOSS;
-        paths->has_glow |= material->kind == MATERIAL_GLOW;
-    }
+    materials_init(&paths->materials, arena, scene);
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         paths->has_sky |= scene->lights[i].kind == LIGHT_SKY;
     }
-    paths->table = is_rough ? bsdf_table_new(arena) : NULL;
 }
 
 static void evaluate_camera(PathTracer *tracer) {
@@ -113,6 +100,9 @@ typedef struct {
     double density;     // with which its direction was drawn; 0: a mirror
     double color[3];    // collected
     bool has_scattered; // by what is no mirror
+    bool is_within;     // glass that absorbs
+    double absorbs[3];  // of it, per metre
+    uint32_t n_chances; // random numbers drawn for what surfaces are
 } Path;
 
 // A place on a surface, seen from the viewer's side.
@@ -121,6 +111,9 @@ typedef struct {
     Vec3 x, y, N, Ng; // the shading frame; both normals on the viewer's side
     Vec3 wo;          // towards the viewer, in the frame
     Vec3 start;       // where rays leave
+    Vec3 through;     // where rays leave that go through the surface
+    bool is_inside;   // the viewer is behind the surface
+    double values[BSDF_MAX_OUT];
     Bsdf bsdf;
 } Vertex;
 
@@ -139,7 +132,8 @@ static double max3(const double v[3]) {
 // Normals towards the viewer, and a start for rays beyond the error of the point.
 static void orient(Vertex *vertex, Vec3 dir) {
     const SurfacePoint *point = &vertex->point;
-    double side = vec3_dot(point->Ng, dir) > 0 ? -1 : 1;
+    vertex->is_inside = vec3_dot(point->Ng, dir) > 0;
+    double side = vertex->is_inside ? -1 : 1;
     vertex->Ng = vec3_scale(point->Ng, side);
     vertex->N = vec3_scale(point->N, side);
     const double least = 1e-6; // a view along the surface, as far as shading is concerned
@@ -152,39 +146,29 @@ static void orient(Vertex *vertex, Vec3 dir) {
         vec3(-vec3_dot(vertex->x, dir), -vec3_dot(vertex->y, dir), cosine > least ? cosine : least);
     Vec3 P = point->P;
     double largest = fmax(fabs(P.x), fmax(fabs(P.y), fabs(P.z)));
-    vertex->start = vec3_madd(P, point->error + 4 * DBL_EPSILON * largest, vertex->Ng);
+    double away = point->error + 4 * DBL_EPSILON * largest;
+    vertex->start = vec3_madd(P, away, vertex->Ng);
+    vertex->through = vec3_madd(P, -away, vertex->Ng);
 }
 
-static void set_inputs(const PathTracer *tracer, const SurfacePoint *point, Vec3 N,
-                       double in[IN_COUNT]) {
-    memset(in, 0, IN_COUNT * sizeof *in);
-    in[IN_T] = in[IN_FILM_T] = tracer->seconds;
-    in[IN_U] = point->u;
-    in[IN_V] = point->v;
-    const Vec3 values[4] = {point->p, point->n, point->P, N};
-    static const Input first[4] = {IN_PX, IN_NX, IN_WX, IN_WNX};
-    for (int i = 0; i < 4; i++) {
-        in[first[i]] = values[i].x;
-        in[first[i] + 1] = values[i].y;
-        in[first[i] + 2] = values[i].z;
-    }
-    for (uint32_t i = 0; i < point->shape->n_loops; i++) {
-        in[IN_LOOP0 + i] = point->loops[i];
-    }
+// A number in [0, 1) that decides what a surface is.
+static double draw_chance(Path *path) {
+    double u[SAMPLE_DIMENSIONS];
+    sampler_draw(path->sampler, path->index, SAMPLE_SET_CHANCE + path->n_chances++, u);
+    return u[0];
 }
 
-static bool set_material(PathTracer *tracer, Vertex *vertex, double least_rough) {
-    const PathScene *paths = tracer->paths;
-    uint32_t material = vertex->point.material;
-    const Material *m = &paths->scene->materials[material];
-    const double *out = paths->material[material];
-    double values[BSDF_MAX_OUT], in[IN_COUNT];
-    if (!paths->material_is_constant[material]) {
-        set_inputs(tracer, &vertex->point, vertex->point.N, in);
-        program_run1(m->program, in, values);
-        out = values;
+static bool set_material(PathTracer *tracer, Path *path, Vertex *vertex) {
+    const Materials *materials = &tracer->paths->materials;
+    const SurfacePoint *point = &vertex->point;
+    uint32_t material = point->material;
+    if (materials->all[material].kind == MATERIAL_MIX) {
+        double u = draw_chance(path);
+        material = material_choose(materials, material, point, tracer->seconds, &u);
     }
-    if (!bsdf_init(&vertex->bsdf, m->kind, out, least_rough, vertex->wo.z, paths->table)) {
+    material_values(materials, material, point, tracer->seconds, vertex->values);
+    if (!bsdf_init(&vertex->bsdf, materials->all[material].kind, vertex->values, vertex->is_inside,
+                   path->has_scattered ? PATH_ROUGH : 0, vertex->wo.z, materials->table)) {
         tracer->troubles.materials[material] = true;
         return false;
     }
@@ -209,6 +193,14 @@ static uint32_t sample_set(const PathTracer *tracer, const Path *path, uint32_t 
     return SAMPLE_SET_PATH + path->depth * (tracer->paths->scene->n_lights + 1) + which;
 }
 
+// Where a ray towards wi leaves the surface. False: not where its frame has it, a shading normal
+// tells of a side that is not there.
+static bool leave(const Vertex *vertex, Vec3 dir, bool is_through, Vec3 *start) {
+    double above = vec3_dot(dir, vertex->Ng);
+    *start = is_through ? vertex->through : vertex->start;
+    return is_through ? above < 0 : above > 0;
+}
+
 static void add_light(PathTracer *tracer, Path *path, const Vertex *vertex, uint32_t i,
                       bool follows_specular) {
     const LightAt *light = &tracer->lights.lights[i];
@@ -218,12 +210,14 @@ static void add_light(PathTracer *tracer, Path *path, const Vertex *vertex, uint
         tracer->counters.light_samples++;
     }
     LightSample sample;
-    if (!light_sample(light, vertex->start, u[0], u[1], &sample) ||
-        !(vec3_dot(sample.dir, vertex->Ng) > 0)) {
+    if (!light_sample(light, vertex->start, u[0], u[1], &sample)) {
         return;
     }
-    Vec3 wi = vec3(vec3_dot(vertex->x, sample.dir), vec3_dot(vertex->y, sample.dir),
-                   vec3_dot(vertex->N, sample.dir));
+    Vec3 start, wi = vec3(vec3_dot(vertex->x, sample.dir), vec3_dot(vertex->y, sample.dir),
+                          vec3_dot(vertex->N, sample.dir));
+    if (!leave(vertex, sample.dir, wi.z < 0, &start)) {
+        return;
+    }
     double diffuse[3], specular[3], density, total[3];
     bsdf_eval(&vertex->bsdf, vertex->wo, wi, diffuse, specular, &density);
     double share =
@@ -237,7 +231,7 @@ static void add_light(PathTracer *tracer, Path *path, const Vertex *vertex, uint
     tracer->counters.shadow_rays++;
     // Just short of a lamp's surface: what touches it does not shade it.
     double tmax = sample.distance < INFINITY ? sample.distance * (1 - 1e-9) : INFINITY;
-    if (!world_occluded(tracer->view, vertex->start, sample.dir, 0, tmax)) {
+    if (!world_occluded(tracer->view, start, sample.dir, 0, tmax)) {
         add_scaled(path->color, total, sample.weight, 1);
     }
 }
@@ -251,10 +245,27 @@ static bool has_area_light(const LightSet *lights) {
     return false;
 }
 
-// Below the surface that the shading normal hides, a reflection is lifted back to it.
-static Vec3 lift(const Vertex *vertex, Vec3 dir) {
-    double below = vec3_dot(dir, vertex->Ng);
-    return below > 0 ? dir : vec3_normalize(vec3_madd(dir, 1e-4 - below, vertex->Ng));
+// Below the surface that the shading normal hides, a reflection is lifted back to it, and what
+// passes through the surface is pressed down.
+static Vec3 lift(const Vertex *vertex, Vec3 dir, bool is_through) {
+    Vec3 outwards = is_through ? vec3_scale(vertex->Ng, -1) : vertex->Ng;
+    double out = vec3_dot(dir, outwards);
+    return out > 0 ? dir : vec3_normalize(vec3_madd(dir, 1e-4 - out, outwards));
+}
+
+// The ray goes on within glass, or leaves it.
+static void pass(Path *path, const Vertex *vertex) {
+    path->is_within = vertex->bsdf.kind == MATERIAL_GLASS && !vertex->is_inside &&
+                      bsdf_absorption(vertex->values, path->absorbs);
+}
+
+static void absorb(Path *path, double distance) {
+    for (int c = 0; c < 3; c++) {
+        double left =
+            path->absorbs[c] > 0 ? program_fold(OP_EXP, -path->absorbs[c] * distance, 0, 0) : 1;
+        path->weight[c] *= left;
+        path->specular[c] *= left;
+    }
 }
 
 // Draws the direction in which the path goes on. False: it ends here.
@@ -266,12 +277,16 @@ static bool bounce(PathTracer *tracer, Path *path, const Vertex *vertex) {
         return false;
     }
     path->dir = vec3_normalize(sampling_to_world(vertex->x, vertex->y, vertex->N, sample.wi));
+    bool is_through = sample.wi.z < 0;
     if (!(sample.density > 0)) {
-        path->dir = lift(vertex, path->dir);
-    } else if (!(vec3_dot(path->dir, vertex->Ng) > 0)) {
+        path->dir = lift(vertex, path->dir, is_through);
+    }
+    if (!leave(vertex, path->dir, is_through, &path->origin)) {
         return false;
     }
-    path->origin = vertex->start;
+    if (is_through) {
+        pass(path, vertex);
+    }
     path->density = sample.density;
     path->has_scattered |= sample.density > 0;
     path->depth++;
@@ -295,7 +310,7 @@ static bool bounce(PathTracer *tracer, Path *path, const Vertex *vertex) {
 // Whether surfaces at the end of the path's ray can still give light: else they only hide it.
 static bool wants_surface(const PathTracer *tracer, const Path *path) {
     const PathScene *paths = tracer->paths;
-    return paths->has_glow || path->depth <= paths->scene->render.bounces;
+    return paths->materials.has_glow || path->depth <= paths->scene->render.bounces;
 }
 
 // Follows the path's ray. True: it ends at a surface.
@@ -308,6 +323,9 @@ static bool follow(PathTracer *tracer, Path *path, Vertex *vertex) {
     }
     WorldHit hit;
     bool is_hit = world_closest(view, path->origin, path->dir, 0, INFINITY, &hit);
+    if (path->is_within) {
+        absorb(path, is_hit ? hit.t : INFINITY);
+    }
     if (meets_lights) {
         add_met_lights(tracer, path, is_hit ? hit.t : INFINITY);
     }
@@ -322,7 +340,7 @@ static bool follow(PathTracer *tracer, Path *path, Vertex *vertex) {
 static bool scatter(PathTracer *tracer, Path *path, Vertex *vertex) {
     const PathScene *paths = tracer->paths;
     const uint32_t bounces = paths->scene->render.bounces;
-    if (!set_material(tracer, vertex, path->has_scattered ? PATH_ROUGH : 0)) {
+    if (!set_material(tracer, path, vertex)) {
         return false;
     }
     const Bsdf *bsdf = &vertex->bsdf;
@@ -334,7 +352,8 @@ static bool scatter(PathTracer *tracer, Path *path, Vertex *vertex) {
         return false;
     }
     bool sees_lights = bsdf_has_specular(bsdf) && has_area_light(&tracer->lights);
-    bool goes_on = path->depth < bounces || paths->has_sky || paths->has_glow || sees_lights;
+    bool goes_on =
+        path->depth < bounces || paths->has_sky || paths->materials.has_glow || sees_lights;
     if (bsdf_has_diffuse(bsdf) || !bsdf->is_mirror) {
         for (uint32_t i = 0; i < tracer->lights.n; i++) {
             add_light(tracer, path, vertex, i, goes_on);

@@ -6,17 +6,23 @@
 // lights' own shapes. Beyond the fourth bounce a path survives with the probability of its weight,
 // which is divided by it.
 //
-// After a bounce that was no mirror's, metals and coats count as at least PATH_ROUGH: what would be
-// a caustic, a few samples of enormous weight, becomes a soft one (Kaplanyan and Dachsbacher, "Path
-// space regularization", 2013). Mirrors that the camera sees, in other mirrors too, stay mirrors.
+// After a bounce that was no mirror's, metals, coats and glass count as at least PATH_ROUGH: what
+// would be a caustic, a few samples of enormous weight, becomes a soft one (Kaplanyan and
+// Dachsbacher, "Path space regularization", 2013). Mirrors that the camera sees, in other mirrors
+// too, stay mirrors, and smooth glass stays clear.
+//
+// Glass takes part in shadows like everything else: the light that it lets through is found by the
+// directions that paths follow. What it absorbs within is taken off along each ray from where it
+// enters to where it leaves, or ends at something inside; of glass within glass the inner one
+// counts.
 #ifndef RENDER_PATH_H
 #define RENDER_PATH_H
 
-#include "render/bsdf.h"
 #include "render/camera.h"
 #include "render/film.h"
 #include "render/filter.h"
 #include "render/light.h"
+#include "render/material.h"
 #include "render/sampler.h"
 #include "render/world.h"
 
@@ -26,12 +32,10 @@
 typedef struct {
     const Scene *scene;
     Filter filter;
-    const BsdfTable *table;           // NULL: nothing is rough
-    double (*material)[BSDF_MAX_OUT]; // outputs of constant material programs
-    bool *material_is_constant;
+    Materials materials;
     bool draws_time; // something moves and the shutter is no instant
     bool camera_moves, lights_move;
-    bool has_sky, has_glow;
+    bool has_sky;
 } PathScene;
 
 // The camera must not be automatic any more.

@@ -139,3 +139,8 @@ void test_facing_square(TestScene *test, uint32_t material, double x, double h) 
     const double map[12] = {0, 0, -1, x, 0, 1, 0, 0, 1, 0, 0, 0};
     add_square(test, material, h, map, NULL);
 }
+
+void test_turned_square(TestScene *test, uint32_t material, double z, double h) {
+    const double map[12] = {-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, z};
+    add_square(test, material, h, map, NULL);
+}

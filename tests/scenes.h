@@ -44,5 +44,7 @@ void test_moving_square(TestScene *test, uint32_t material, Vec3 at, Vec3 veloci
 void test_tilted_square(TestScene *test, uint32_t material, double h);
 // At (x, 0, 0), facing -x.
 void test_facing_square(TestScene *test, uint32_t material, double x, double h);
+// At (0, 0, z), facing -z.
+void test_turned_square(TestScene *test, uint32_t material, double z, double h);
 
 #endif

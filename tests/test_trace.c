@@ -190,7 +190,7 @@ static void trace_furnace(void **state) {
     (void)state;
     static const struct {
         MaterialKind kind;
-        double out[5];
+        double out[6];
         uint32_t n;
         double below, above; // what may be lost and gained
     } cases[] = {
@@ -199,12 +199,16 @@ static void trace_furnace(void **state) {
         {MATERIAL_METAL, {1, 1, 1, 0.5}, 4, 0.03, 0.03},
         {MATERIAL_GLOSS, {1, 1, 1, 0, 1.5}, 5, 0.03, 0.03},
         {MATERIAL_GLOSS, {1, 1, 1, 0.4, 1.5}, 5, 0.03, 0.03},
+        {MATERIAL_GLASS, {1, 1, 1, 1.5, 0, 0}, 6, 1e-6, 1e-9},
+        {MATERIAL_GLASS, {1, 1, 1, 1.5, 0.3, 0}, 6, 0.2, 0.2},
+        {MATERIAL_GLASS, {1, 1, 1, 1.5, 0.3, 0.1}, 6, 0.2, 0.2},
+        {MATERIAL_GLASS, {1, 1, 1, 2.4, 1, 0}, 6, 0.6, 0.6},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         TestScene test;
         test_orthographic(&test);
         test.scene.film.transparent = false;
-        test.scene.render.bounces = 4;
+        test.scene.render.bounces = 64; // within glass
         test_light(&test, LIGHT_SKY, (double[]){1, 1, 1, 1}, 4);
         uint32_t white = test_material(&test, cases[i].kind, cases[i].out, cases[i].n);
         test_moving_sphere(&test, white, vec3(0, 0, 0), vec3(0, 0, 0), 6);
@@ -223,6 +227,79 @@ static void trace_furnace(void **state) {
         assert_int_equal(stats.light_samples, 0);
         assert_int_equal(stats.lens_samples, 0);
         assert_int_equal(stats.shadow_rays, 0);
+        test_scene_free(&test);
+    }
+}
+
+// Every sample of a mix shows one of its materials: on the mean the picture is the mean of both, at
+// each pixel.
+static void trace_mixes_pictures(void **state) {
+    (void)state;
+    static double picture[4][WIDTH * HEIGHT];
+    for (int i = 0; i < 4; i++) {
+        TestScene test;
+        test_orthographic(&test);
+        test.scene.render.bounces = 6;
+        test_light(&test, LIGHT_SKY, (double[]){0.7, 1, 1, 1}, 4);
+        test_light(&test, LIGHT_SUN, (double[]){1, 1, 2, 3, 1, 1, 1, 0.2}, 8);
+        uint32_t ids[3] = {test_material(&test, MATERIAL_GLOSS, (double[]){0.3, 1, 1, 0.1, 1.5}, 5),
+                           test_material(&test, MATERIAL_METAL, (double[]){0.5, 1, 1, 0.4}, 4),
+                           test_material(&test, MATERIAL_MATTE, (double[]){0.9, 1, 1}, 3)};
+        uint32_t inner = test_material(&test, MATERIAL_MIX, (double[]){0.25}, 1);
+        uint32_t outer = test_material(&test, MATERIAL_MIX, (double[]){0.4}, 1);
+        test.materials[inner].parts[0] = ids[0];
+        test.materials[inner].parts[1] = ids[1];
+        test.materials[outer].parts[0] = inner;
+        test.materials[outer].parts[1] = ids[2];
+        test_moving_sphere(&test, i < 3 ? ids[i] : outer, vec3(0, 0, 0), vec3(0, 0, 0), 6);
+        RenderStats stats = {0};
+        const Film *film = trace(&test, 1024, &stats);
+        for (int k = 0; k < WIDTH * HEIGHT; k++) {
+            picture[i][k] = channel(film, k % WIDTH, k / WIDTH, 0);
+        }
+        test_scene_free(&test);
+    }
+    double sum = 0, most = 0;
+    for (int k = 0; k < WIDTH * HEIGHT; k++) {
+        double mean = 0.6 * (0.75 * picture[0][k] + 0.25 * picture[1][k]) + 0.4 * picture[2][k];
+        sum += picture[3][k] - mean;
+        most = fmax(most, fabs(picture[3][k] - mean));
+    }
+    assert_near(sum / (WIDTH * HEIGHT), 0, 1e-3);
+    assert_near(most, 0, 0.06);
+}
+
+// A slab of glass of 2 metres whose color is what one metre leaves: white light through it loses
+// what two surfaces reflect, in all their turns, and what the way within takes.
+static void trace_glass_absorbs_by_distance(void **state) {
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        TestScene test;
+        test_orthographic(&test);
+        test.scene.film.transparent = false;
+        test.scene.render.bounces = 32;
+        const double color[3] = {1, 0.6, 0.1}, depth = i == 2 ? 0 : 1;
+        test_light(&test, LIGHT_SKY, (double[]){1, 1, 1, 1}, 4);
+        uint32_t glass =
+            test_material(&test, MATERIAL_GLASS,
+                          (double[]){color[0], color[1], color[2], i ? 1.5 : 1, 0, depth}, 6);
+        test_moving_square(&test, glass, vec3(0, 0, 1), vec3(0, 0, 0), 40);
+        test_turned_square(&test, glass, -1, 40);
+        RenderStats stats = {0};
+        const Film *film = trace(&test, 256, &stats);
+        for (int c = 0; c < 3; c++) {
+            double mean = 0, r = i ? 0.04 : 0, a = i < 2 ? color[c] * color[c] : color[c];
+            for (int k = 0; k < WIDTH * HEIGHT; k++) {
+                mean += channel(film, k % WIDTH, k / WIDTH, c) / (WIDTH * HEIGHT);
+            }
+            // Of what enters, (1 - r): through after an even, back after an odd number of turns.
+            // With a tint by surfaces each passage takes its root.
+            double passes = i < 2 ? a * (1 - r) * (1 - r) / (1 - a * a * r * r)
+                                  : a * (1 - r) * (1 - r) / (1 - r * r);
+            double returns = i < 2 ? r + r * a * a * (1 - r) * (1 - r) / (1 - a * a * r * r)
+                                   : r + r * a * (1 - r) * (1 - r) / (1 - r * r);
+            assert_near(mean, passes + returns, 0.002);
+        }
         test_scene_free(&test);
     }
 }
@@ -272,13 +349,13 @@ static void trace_mirrors_at_the_rays_time(void **state) {
     test_orthographic(&test);
     test.scene.shutter = (ShutterSettings){.length = 1, .open = 0};
     test.scene.render.bounces = 1;
-    uint32_t mirror = test_material(&test, MATERIAL_METAL, (double[]){0.9, 0.9, 0.9, 0}, 4);
+    uint32_t mirror = test_material(&test, MATERIAL_METAL, (double[]){1, 1, 1, 0}, 4);
     uint32_t strobe = test_strobe(&test, 0.5 / 24, 3);
     test_tilted_square(&test, mirror, 6);
     test_facing_square(&test, strobe, 30, 7);
     RenderStats stats = {0};
     const Film *film = trace(&test, 256, &stats);
-    assert_near(channel(film, WIDTH / 2, HEIGHT / 2, 0), 0.9 * 3 * 0.5, 0.01);
+    assert_near(channel(film, WIDTH / 2, HEIGHT / 2, 0), 3 * 0.5, 0.01);
     assert_near(channel(film, 0, 0, 0), 0, 0);
     assert_true(stats.bounce_rays > 0);
     test_scene_free(&test);
@@ -313,7 +390,7 @@ static void trace_weighs_both_ways(void **state) {
         test_orthographic(&test);
         const double angle = 0.3;
         test_light(&test, LIGHT_SUN, (double[]){0.1, 0, 1, 1, 1, 1, 1, angle}, 8);
-        double out[4] = {0.8, 0.8, 0.8, roughs[i]};
+        double out[BSDF_MAX_OUT] = {0.8, 0.8, 0.8, roughs[i], 1, 1, 1};
         uint32_t metal = test_material(&test, MATERIAL_METAL, out, 4);
         test_moving_square(&test, metal, vec3(0, 0, 0), vec3(0, 0, 0), 9);
         RenderStats stats = {0};
@@ -322,7 +399,7 @@ static void trace_weighs_both_ways(void **state) {
         PathScene paths;
         path_scene_init(&paths, &test.arena, &test.scene);
         Bsdf bsdf;
-        bsdf_init(&bsdf, MATERIAL_METAL, out, 0, 1, paths.table);
+        bsdf_init(&bsdf, MATERIAL_METAL, out, false, 0, 1, paths.materials.table);
         enum { STEPS = 300 };
         double tilt = atan(0.1), spread = 1 - cos(angle / 2), sum = 0;
         for (int k = 0; k < STEPS * STEPS; k++) {
@@ -413,6 +490,8 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(trace_blurs_a_sphere),
     cmocka_unit_test(trace_blurs_a_square),
     cmocka_unit_test(trace_furnace),
+    cmocka_unit_test(trace_mixes_pictures),
+    cmocka_unit_test(trace_glass_absorbs_by_distance),
     cmocka_unit_test(trace_direct_light),
     cmocka_unit_test(trace_mirrors_at_the_rays_time),
     cmocka_unit_test(trace_mirrors_show_the_sun),
