@@ -273,7 +273,7 @@ static Value default_value(Eval *ev, const Param *param) {
 
 // What all materials will take.
 static bool is_later(Eval *ev, int32_t id, Symbol name) {
-    static const char *const words[] = {"bump", "normal_map", "opacity"};
+    static const char *const words[] = {"bump", "normal_map"};
     for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
         if (strcmp(builtin_infos[id].result, "material") == 0 &&
             strcmp(symbol_text(ev->symbols, name), words[i]) == 0) {

@@ -15,7 +15,12 @@ typedef struct {
 
 static const Bound color = {"a color", 0, INFINITY}, edge = {"edge", 0, 1}, rough = {"rough", 0, 1},
                    ior = {"ior", 1, INFINITY}, power = {"power", 0, INFINITY},
-                   depth = {"depth", 0, INFINITY}, weight = {"w", 0, 1};
+                   depth = {"depth", 0, INFINITY}, weight = {"w", 0, 1},
+                   opacity = {"opacity", 0, 1};
+
+// Parameters of all kinds, behind their own.
+static const Bound *const common[] = {&opacity};
+enum { N_COMMON = sizeof common / sizeof *common };
 
 typedef struct {
     BuiltinId id;
@@ -80,6 +85,15 @@ Value builtins_material(const BuiltinCall *call) {
         }
         for (uint32_t k = 0; k < call->args[i].n; k++) {
             material->ref[material->n++] = call->args[i].ref[k];
+        }
+    }
+    for (uint32_t i = 0, at = 0; i < N_COMMON; i++) {
+        const Value *value = &call->args[kind->n + i];
+        if (!is_within(call, kind->n + i, common[i])) {
+            return value_poison();
+        }
+        for (uint32_t k = 0; k < value->n; k++) {
+            material->ref[at++] = value->ref[k];
         }
     }
     return (Value){.type = VALUE_MATERIAL, .material = material};

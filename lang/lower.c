@@ -174,12 +174,19 @@ static const Program *lower_outputs(Eval *ev, const MaterialValue *material) {
     return lower_program(ev, own, n);
 }
 
+// NULL where it is this number everywhere.
+static const Program *lower_unless(Eval *ev, Ref ref, double number) {
+    double x;
+    return dag_is_const(ev->dag, ref, &x) && x == number ? NULL : lower_program(ev, &ref, 1);
+}
+
 static Material make_material(Eval *ev, const MaterialValue *material, SourceRef where) {
     Material made = {.kind = material->kind, .where = where};
     for (int k = 0; k < 2 && material->kind == MATERIAL_MIX; k++) {
         made.parts[k] = lower_material(ev, material->parts[k], where);
     }
     made.program = lower_outputs(ev, material);
+    made.opacity = lower_unless(ev, material->ref[MATERIAL_OPACITY], 1);
     return made;
 }
 

@@ -289,6 +289,14 @@ static double shape_smooth(Eval *ev, const Place *place, const Form *form) {
                : inherited(ev, form->is_solid ? NULL : place->smooth, PROPERTY_INHERITED_SMOOTH);
 }
 
+// NULL: always.
+static const Program *seen_by(Eval *ev, const Given *given) {
+    double x;
+    bool is_given = given && value_is(&given->value, VALUE_BOOL);
+    bool is_always = !is_given || (dag_is_const(ev->dag, given->value.ref[0], &x) && x != 0);
+    return is_always ? NULL : lower_program(ev, given->value.ref, 1);
+}
+
 static void emit_shape(Eval *ev, const Object *object, const Place *place, const char *label,
                        const Form *form) {
     RefMap map;
@@ -305,6 +313,10 @@ static void emit_shape(Eval *ev, const Object *object, const Place *place, const
     shape->geometry = form->n_geometry ? lower_program(ev, form->geometry, form->n_geometry) : NULL;
     shape->transform = is_moved ? lower_program(ev, &map.m[0][0], 12) : NULL;
     shape->visible = lower_visible(ev, place);
+    for (int k = 0; k < RAY_KINDS; k++) {
+        shape->seen[k] = seen_by(ev, place->seen[k]);
+    }
+    shape->is_catcher = inherited(ev, place->catcher, PROPERTY_OBJECT_CATCHER) != 0;
     shape->breaks = shape_breaks(ev, form, is_moved ? &map : NULL);
     shape->tolerance = inherited(ev, place->tolerance, PROPERTY_INHERITED_TOLERANCE);
     shape->smooth = shape_smooth(ev, place, form);

@@ -59,6 +59,7 @@ void materials_init(Materials *materials, Arena *arena, const Scene *scene) {
     for (uint32_t i = 0; i < n; i++) {
         const Material *material = &scene->materials[i];
         materials->has_glow |= material->kind == MATERIAL_GLOW;
+        materials->has_holes |= material->opacity != NULL;
         materials->is_constant[i] = program_is_constant(material->program);
         set_ones(materials->values[i]);
         if (materials->is_constant[i]) {
@@ -99,15 +100,37 @@ void material_values(const Materials *materials, uint32_t material, const Surfac
     program_run1(materials->all[material].program, in, out);
 }
 
+static double clamp01(double x) {
+    return x > 0 ? x < 1 ? x : 1 : 0; // NaN: 0
+}
+
 uint32_t material_choose(const Materials *materials, uint32_t material, const SurfacePoint *point,
                          double seconds, double *u) {
     while (materials->all[material].kind == MATERIAL_MIX) {
         double out[BSDF_MAX_OUT];
         material_values(materials, material, point, seconds, out);
-        double share = out[0] > 0 ? out[0] < 1 ? out[0] : 1 : 0; // NaN: the first
+        double share = clamp01(out[0]);
         bool is_second = *u < share;
         *u = is_second ? *u / share : (*u - share) / (1 - share);
         material = materials->all[material].parts[is_second];
     }
     return material;
+}
+
+double material_opacity(const Materials *materials, uint32_t material, const SurfacePoint *point,
+                        double seconds) {
+    const Material *m = &materials->all[material];
+    if (m->kind == MATERIAL_MIX) {
+        double out[BSDF_MAX_OUT];
+        material_values(materials, material, point, seconds, out);
+        double share = clamp01(out[0]);
+        return (1 - share) * material_opacity(materials, m->parts[0], point, seconds) +
+               share * material_opacity(materials, m->parts[1], point, seconds);
+    }
+    double in[IN_COUNT], opacity = 1;
+    if (m->opacity) {
+        set_inputs(point, seconds, in);
+        program_run1(m->opacity, in, &opacity);
+    }
+    return clamp01(opacity);
 }

@@ -16,7 +16,7 @@ typedef struct {
     double (*values)[BSDF_MAX_OUT]; // outputs of constant programs
     bool *is_constant;
     const BsdfTable *table; // NULL: nothing is rough
-    bool has_glow;
+    bool has_glow, has_holes;
 } Materials;
 
 void materials_init(Materials *materials, Arena *arena, const Scene *scene);
@@ -29,5 +29,9 @@ uint32_t material_choose(const Materials *materials, uint32_t material, const Su
 // The outputs of a material's program; those that it leaves out are 1.
 void material_values(const Materials *materials, uint32_t material, const SurfacePoint *point,
                      double seconds, double out[BSDF_MAX_OUT]);
+
+// The share of light that meets a surface of it there, in [0, 1]; of a mix, on the mean.
+double material_opacity(const Materials *materials, uint32_t material, const SurfacePoint *point,
+                        double seconds);
 
 #endif

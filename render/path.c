@@ -2,9 +2,9 @@
 // The path tracer.
 #include "render/path.h"
 
-#include <float.h>
 #include <string.h>
 
+#include "render/path_parts.h"
 #include "render/sampling.h"
 #include "render/shutter.h"
 
@@ -16,7 +16,9 @@ static bool reads_time(const Program *program) {
 
 static bool shape_is_moving(const Shape *shape) {
     return shape->track || reads_time(shape->vertex) || reads_time(shape->geometry) ||
-           reads_time(shape->transform) || reads_time(shape->visible);
+           reads_time(shape->transform) || reads_time(shape->visible) ||
+           reads_time(shape->seen[RAY_CAMERA]) || reads_time(shape->seen[RAY_SHADOW]) ||
+           reads_time(shape->seen[RAY_BOUNCE]);
 }
 
 static bool lights_are_moving(const Scene *scene) {
@@ -35,7 +37,7 @@ bool path_scene_is_moving(const Scene *scene) {
         }
     }
     for (uint32_t i = 0; i < scene->n_materials; i++) {
-        if (reads_time(scene->materials[i].program)) {
+        if (reads_time(scene->materials[i].program) || reads_time(scene->materials[i].opacity)) {
             return true;
         }
     }
@@ -48,6 +50,9 @@ void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
     paths->camera_moves = reads_time(scene->camera.program);
     paths->draws_time = !shutter_is_instant(&scene->shutter) && path_scene_is_moving(scene);
     materials_init(&paths->materials, arena, scene);
+    for (uint32_t i = 0; i < scene->n_shapes; i++) {
+        paths->is_selective |= shape_is_selective(&scene->shapes[i]);
+    }
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         paths->has_sky |= scene->lights[i].kind == LIGHT_SKY;
     }
@@ -89,34 +94,6 @@ static void set_time(PathTracer *tracer, double u) {
     }
 }
 
-// What is known of a path at its present end.
-typedef struct {
-    const Sampler *sampler;
-    uint32_t index;
-    uint32_t depth;     // bounces so far
-    Vec3 origin, dir;   // of the ray that is followed; unit
-    double weight[3];   // of what it brings
-    double specular[3]; // of what it brings from lights with an area
-    double density;     // with which its direction was drawn; 0: a mirror
-    double color[3];    // collected
-    bool has_scattered; // by what is no mirror
-    bool is_within;     // glass that absorbs
-    double absorbs[3];  // of it, per metre
-    uint32_t n_chances; // random numbers drawn for what surfaces are
-} Path;
-
-// A place on a surface, seen from the viewer's side.
-typedef struct {
-    SurfacePoint point;
-    Vec3 x, y, N, Ng; // the shading frame; both normals on the viewer's side
-    Vec3 wo;          // towards the viewer, in the frame
-    Vec3 start;       // where rays leave
-    Vec3 through;     // where rays leave that go through the surface
-    bool is_inside;   // the viewer is behind the surface
-    double values[BSDF_MAX_OUT];
-    Bsdf bsdf;
-} Vertex;
-
 static void add_scaled(double color[3], const double weight[3], const double light[3],
                        double scale) {
     for (int c = 0; c < 3; c++) {
@@ -127,52 +104,6 @@ static void add_scaled(double color[3], const double weight[3], const double lig
 static double max3(const double v[3]) {
     double m = v[0] > v[1] ? v[0] : v[1];
     return m > v[2] ? m : v[2];
-}
-
-// Normals towards the viewer, and a start for rays beyond the error of the point.
-static void orient(Vertex *vertex, Vec3 dir) {
-    const SurfacePoint *point = &vertex->point;
-    vertex->is_inside = vec3_dot(point->Ng, dir) > 0;
-    double side = vertex->is_inside ? -1 : 1;
-    vertex->Ng = vec3_scale(point->Ng, side);
-    vertex->N = vec3_scale(point->N, side);
-    const double least = 1e-6; // a view along the surface, as far as shading is concerned
-    if (!(vec3_dot(vertex->N, dir) < -least)) {
-        vertex->N = vertex->Ng;
-    }
-    sampling_frame(vertex->N, &vertex->x, &vertex->y);
-    double cosine = -vec3_dot(vertex->N, dir);
-    vertex->wo =
-        vec3(-vec3_dot(vertex->x, dir), -vec3_dot(vertex->y, dir), cosine > least ? cosine : least);
-    Vec3 P = point->P;
-    double largest = fmax(fabs(P.x), fmax(fabs(P.y), fabs(P.z)));
-    double away = point->error + 4 * DBL_EPSILON * largest;
-    vertex->start = vec3_madd(P, away, vertex->Ng);
-    vertex->through = vec3_madd(P, -away, vertex->Ng);
-}
-
-// A number in [0, 1) that decides what a surface is.
-static double draw_chance(Path *path) {
-    double u[SAMPLE_DIMENSIONS];
-    sampler_draw(path->sampler, path->index, SAMPLE_SET_CHANCE + path->n_chances++, u);
-    return u[0];
-}
-
-static bool set_material(PathTracer *tracer, Path *path, Vertex *vertex) {
-    const Materials *materials = &tracer->paths->materials;
-    const SurfacePoint *point = &vertex->point;
-    uint32_t material = point->material;
-    if (materials->all[material].kind == MATERIAL_MIX) {
-        double u = draw_chance(path);
-        material = material_choose(materials, material, point, tracer->seconds, &u);
-    }
-    material_values(materials, material, point, tracer->seconds, vertex->values);
-    if (!bsdf_init(&vertex->bsdf, materials->all[material].kind, vertex->values, vertex->is_inside,
-                   path->has_scattered ? PATH_ROUGH : 0, vertex->wo.z, materials->table)) {
-        tracer->troubles.materials[material] = true;
-        return false;
-    }
-    return true;
 }
 
 // Lights with an area that the path's ray meets. Lights by shadow rays were counted with the other
@@ -231,9 +162,7 @@ static void add_light(PathTracer *tracer, Path *path, const Vertex *vertex, uint
     tracer->counters.shadow_rays++;
     // Just short of a lamp's surface: what touches it does not shade it.
     double tmax = sample.distance < INFINITY ? sample.distance * (1 - 1e-9) : INFINITY;
-    if (!world_occluded(tracer->view, start, sample.dir, 0, tmax)) {
-        add_scaled(path->color, total, sample.weight, 1);
-    }
+    add_scaled(path->color, total, sample.weight, path_unhindered(tracer, start, sample.dir, tmax));
 }
 
 static bool has_area_light(const LightSet *lights) {
@@ -315,23 +244,19 @@ static bool wants_surface(const PathTracer *tracer, const Path *path) {
 
 // Follows the path's ray. True: it ends at a surface.
 static bool follow(PathTracer *tracer, Path *path, Vertex *vertex) {
-    WorldView *view = tracer->view;
     bool meets_lights = max3(path->specular) > 0 && has_area_light(&tracer->lights);
+    double distance;
     tracer->counters.bounce_rays += path->depth > 0;
-    if (!wants_surface(tracer, path) && !meets_lights) {
-        return world_occluded(view, path->origin, path->dir, 0, INFINITY);
+    if (!wants_surface(tracer, path) && !meets_lights && !path_goes_through(tracer)) {
+        return world_occluded_of(tracer->view, path_ask_as(tracer, RAY_BOUNCE), path->origin,
+                                 path->dir, 0, INFINITY);
     }
-    WorldHit hit;
-    bool is_hit = world_closest(view, path->origin, path->dir, 0, INFINITY, &hit);
+    bool is_hit = path_next_surface(tracer, path, vertex, &distance);
     if (path->is_within) {
-        absorb(path, is_hit ? hit.t : INFINITY);
+        absorb(path, distance);
     }
     if (meets_lights) {
-        add_met_lights(tracer, path, is_hit ? hit.t : INFINITY);
-    }
-    if (is_hit && wants_surface(tracer, path)) {
-        world_surface(view, path->origin, path->dir, &hit, &vertex->point);
-        orient(vertex, path->dir);
+        add_met_lights(tracer, path, distance);
     }
     return is_hit;
 }
@@ -340,7 +265,7 @@ static bool follow(PathTracer *tracer, Path *path, Vertex *vertex) {
 static bool scatter(PathTracer *tracer, Path *path, Vertex *vertex) {
     const PathScene *paths = tracer->paths;
     const uint32_t bounces = paths->scene->render.bounces;
-    if (!set_material(tracer, path, vertex)) {
+    if (!path_set_material(tracer, path, vertex)) {
         return false;
     }
     const Bsdf *bsdf = &vertex->bsdf;
@@ -369,7 +294,7 @@ static void trace_path(PathTracer *tracer, Path *path, FilmSample *sample) {
     while (goes_on) {
         bool is_hit = follow(tracer, path, &vertex);
         if (path->depth == 0) {
-            sample->alpha = is_hit || !scene->film.transparent;
+            sample->alpha = is_hit || !scene->film.transparent ? 1 : 1 - path->clear;
             if (is_hit) {
                 Vec3 seen = vec3_sub(vertex.point.P, tracer->camera.from);
                 sample->depth = vec3_dot(seen, tracer->camera.forward);
@@ -395,7 +320,7 @@ void path_trace(PathTracer *tracer, const Sampler *sampler, uint32_t x, uint32_t
     }
     FilmSample sample = {.depth = INFINITY};
     if (tracer->camera.is_valid) {
-        Path path = {.sampler = sampler, .index = index, .weight = {1, 1, 1}};
+        Path path = {.sampler = sampler, .index = index, .weight = {1, 1, 1}, .clear = 1};
         camera_ray(&tracer->camera, x + 0.5 + filter_offset(&paths->filter, u[SAMPLE_X]),
                    y + 0.5 + filter_offset(&paths->filter, u[SAMPLE_Y]), &path.origin, &path.dir);
         tracer->counters.camera_rays++;

@@ -15,6 +15,11 @@
 // directions that paths follow. What it absorbs within is taken off along each ray from where it
 // enters to where it leaves, or ends at something inside; of glass within glass the inner one
 // counts.
+//
+// Where a surface is not opaque, a path meets it with the probability of its opacity, and else goes
+// on as if it were not there; to shadow rays it lets through what is left. A catcher is not there
+// either, but takes off the weight of what is behind it the share of the light that does not reach
+// it: of each light, and of the sky in one direction, as much as it would send there unhindered.
 #ifndef RENDER_PATH_H
 #define RENDER_PATH_H
 
@@ -36,6 +41,7 @@ typedef struct {
     bool draws_time; // something moves and the shutter is no instant
     bool camera_moves, lights_move;
     bool has_sky;
+    bool is_selective; // some rays pass through what others meet
 } PathScene;
 
 // The camera must not be automatic any more.

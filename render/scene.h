@@ -13,9 +13,7 @@
 
 #include "render/mesh.h"
 #include "render/program.h"
-
-// Where in the source a thing was written; opaque to the renderer, handed back in reports.
-typedef uint64_t SourceRef;
+#include "render/scene_material.h"
 
 // Over how much of its neighbourhood a pixel is averaged.
 typedef enum {
@@ -74,24 +72,14 @@ typedef struct {
     SourceRef where;
 } Light;
 
+// Who asks whether a ray meets a shape.
 typedef enum {
-    MATERIAL_MATTE, // out: r g b (albedo)
-    MATERIAL_METAL, // out: r g b (reflectance at normal incidence), rough in 0..1, and, if it is
-                    // not white, r g b of the edge (render/fresnel.h)
-    MATERIAL_GLOSS, // out: r g b (albedo under the coat), rough, ior
-    MATERIAL_GLOW,  // out: r g b, power (radiance = rgb * power)
-    MATERIAL_GLASS, // out: r g b, ior (>= 1), rough, depth: what is left of white light on its way
-                    // through two surfaces if depth is 0, else within after so many metres
-    MATERIAL_MIX,   // out: share of the second part, in 0..1
-} MaterialKind;
-
-// May read u v p n P N besides.
-typedef struct {
-    MaterialKind kind;
-    const Program *program;
-    SourceRef where;
-    uint32_t parts[2]; // of a mix: materials before this one
-} Material;
+    RAY_CAMERA, // the camera, through holes too
+    RAY_SHADOW, // a surface, whether it sees a light
+    RAY_BOUNCE, // a surface, what is there: mirrors, glass, light from surface to surface
+    RAY_KINDS,
+    RAY_ANY = RAY_KINDS // everything that there is
+} RayKind;
 
 typedef enum {
     SHAPE_MESH,
@@ -115,6 +103,8 @@ typedef struct {
     const Program *geometry;  // spheres and planes
     const Program *transform; // 12 out, rows of the map to the world; NULL: identity
     const Program *visible;   // 1 out, != 0: there at that instant; NULL: always
+    const Program *seen[RAY_KINDS]; // 1 out each, != 0: met by such rays; NULL: always
+    bool is_catcher;                // not there but for the shadows on it; throws none
 
     // Scalars of t whose floor jumps, or whose sign changes from < 0 to >= 0, just where vertex,
     // geometry or transform may jump or have a kink: sampling cuts there. 1 program, any number of
@@ -134,6 +124,12 @@ typedef struct {
     // NULL: those behind the ones of the shape before.
     const uint32_t *objects;
 } Shape;
+
+// Whether some rays pass through it that others meet.
+static inline bool shape_is_selective(const Shape *shape) {
+    return shape->seen[RAY_CAMERA] || shape->seen[RAY_SHADOW] || shape->seen[RAY_BOUNCE] ||
+           shape->is_catcher;
+}
 
 typedef struct {
     FilmSettings film;

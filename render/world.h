@@ -50,6 +50,12 @@ typedef struct {
 bool world_closest(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double tmax, WorldHit *hit);
 bool world_occluded(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double tmax);
 
+// The same of those shapes alone that such rays meet.
+bool world_closest_of(WorldView *view, RayKind kind, Vec3 origin, Vec3 dir, double tmin,
+                      double tmax, WorldHit *hit);
+bool world_occluded_of(WorldView *view, RayKind kind, Vec3 origin, Vec3 dir, double tmin,
+                       double tmax);
+
 typedef struct {
     Vec3 P;        // world position, from the vertices (not along the ray)
     double error;  // metres: bound on P's rounding; start new rays so far off the surface

@@ -63,6 +63,10 @@ void test_camera(TestScene *test, CameraKind kind, double distance, double fov) 
     test->scene.camera = (CameraSettings){.kind = kind, .program = line(test, out, NULL, 10)};
 }
 
+const Program *test_numbers(TestScene *test, const double *out, uint32_t n) {
+    return line(test, out, NULL, n);
+}
+
 void test_light(TestScene *test, LightKind kind, const double *out, uint32_t n) {
     test->lights[test->scene.n_lights++] =
         (Light){.kind = kind, .program = line(test, out, NULL, n)};

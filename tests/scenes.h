@@ -31,6 +31,8 @@ RenderOptions test_options(const TestScene *test, uint32_t spp); // out is NULL
 
 // At (0, 0, distance), looking at the origin.
 void test_camera(TestScene *test, CameraKind kind, double distance, double fov);
+// A program that gives these.
+const Program *test_numbers(TestScene *test, const double *out, uint32_t n);
 void test_light(TestScene *test, LightKind kind, const double *out, uint32_t n);
 uint32_t test_material(TestScene *test, MaterialKind kind, const double *out, uint32_t n);
 // Glows with the given power from that second on, dark before.

@@ -304,6 +304,122 @@ static void trace_glass_absorbs_by_distance(void **state) {
     }
 }
 
+static double mean_of(const Film *film, int c) {
+    double sum = 0;
+    for (int k = 0; k < WIDTH * HEIGHT; k++) {
+        sum += channel(film, k % WIDTH, k / WIDTH, c);
+    }
+    return sum / (WIDTH * HEIGHT);
+}
+
+// Layers that are not opaque: what is seen through them and their shadows, in closed form.
+static void trace_through_layers(void **state) {
+    (void)state;
+    TestScene test;
+    test_orthographic(&test);
+    test_light(&test, LIGHT_SKY, (double[]){1, 1, 1, 1}, 4);
+    uint32_t third = test_material(&test, MATERIAL_GLOW, (double[]){2, 2, 2, 1}, 4);
+    uint32_t half = test_material(&test, MATERIAL_GLOW, (double[]){5, 5, 5, 1}, 4);
+    test.materials[third].opacity = test_numbers(&test, (double[]){0.3}, 1);
+    test.materials[half].opacity = test_numbers(&test, (double[]){0.5}, 1);
+    test_moving_square(&test, third, vec3(0, 0, 3), vec3(0, 0, 0), 40);
+    test_moving_square(&test, half, vec3(0, 0, 2), vec3(0, 0, 0), 40);
+    for (int i = 0; i < 2; i++) {
+        test.scene.film.transparent = i;
+        RenderStats stats = {0};
+        const Film *film = trace(&test, 256, &stats);
+        assert_near(mean_of(film, 0), 0.3 * 2 + 0.7 * 0.5 * 5 + (i ? 0 : 0.35), 0.01);
+        assert_near(mean_of(film, 3), i ? 0.65 : 1, 0.005);
+    }
+    test_scene_free(&test);
+
+    test_orthographic(&test); // the same between the sun and a floor that the camera sees alone
+    test_light(&test, LIGHT_SUN, (double[]){0, 0.6, 0.8, 2, 1, 1, 1, 0}, 8);
+    uint32_t grey = test_material(&test, MATERIAL_MATTE, (double[]){0.5, 0.5, 0.5}, 3);
+    const double opacities[2] = {0.3, 0.5};
+    test_moving_square(&test, grey, vec3(0, 0, 0), vec3(0, 0, 0), 40);
+    for (int i = 0; i < 2; i++) {
+        uint32_t layer = test_material(&test, MATERIAL_MATTE, (double[]){1, 1, 1}, 3);
+        test.materials[layer].opacity = test_numbers(&test, &opacities[i], 1);
+        test_moving_square(&test, layer, vec3(0, 0, 1 + i), vec3(0, 0, 0), 40);
+        test.shapes[1 + i].seen[RAY_CAMERA] = test_numbers(&test, (double[]){0}, 1);
+    }
+    RenderStats stats = {0};
+    const Film *film = trace(&test, 4, &stats);
+    double expected = 0.35 * 2 * 0.8 * 0.5 / 3.141592653589793;
+    assert_near(channel(film, 3, 3, 0), expected, 1e-7);
+    assert_near(mean_of(film, 0), expected, 1e-7);
+    test_scene_free(&test);
+}
+
+// A square that the camera, shadow rays or a mirror meet in the first half of the shutter's time
+// alone, and the others never: 1 of a glow, half of a sun, half of what a mirror shows of a glow.
+static void trace_asks_who_sees(void **state) {
+    (void)state;
+    static const double white[4] = {1, 1, 1, 0}, no = 0;
+    for (int kind = 0; kind < RAY_KINDS; kind++) {
+        TestScene test;
+        test_orthographic(&test);
+        test.scene.shutter = (ShutterSettings){.length = 1, .open = 0};
+        test.scene.render.bounces = kind == RAY_BOUNCE;
+        test_light(&test, LIGHT_SUN, (double[]){0, 0, 1, 1, 1, 1, 1, 0}, 8);
+        uint32_t glow = test_material(&test, MATERIAL_GLOW, (double[]){1, 1, 1, 2}, 4);
+        uint32_t floor = kind == RAY_BOUNCE ? test_material(&test, MATERIAL_METAL, white, 4)
+                                            : test_material(&test, MATERIAL_MATTE,
+                                                            kind ? white : (double[]){0, 0, 0}, 3);
+        test_moving_square(&test, glow, vec3(0, 0, 2), vec3(0, 0, 0), 3);
+        test_moving_square(&test, floor, vec3(0, 0, 0), vec3(0, 0, 0), 40);
+        Instr code[] = {{.op = OP_INPUT, .table = IN_T},
+                        {.op = OP_CONST, .value = 0.5 / 24},
+                        {.op = OP_LT, .a = 0, .b = 1}};
+        const uint32_t out = 2;
+        for (int k = 0; k < RAY_KINDS; k++) {
+            test.shapes[0].seen[k] = k == kind ? program_new(&test.arena, code, 3, &out, 1, NULL, 0)
+                                               : test_numbers(&test, &no, 1);
+        }
+        RenderStats stats = {0};
+        const Film *film = trace(&test, 256, &stats);
+        double middle = channel(film, WIDTH / 2, HEIGHT / 2, 0), pi = 3.141592653589793;
+        assert_near(middle, kind == RAY_SHADOW ? 0.5 / pi : 1, kind == RAY_SHADOW ? 0.002 : 0.01);
+        assert_near(channel(film, 0, 0, 0), kind == RAY_SHADOW ? 1 / pi : 0, 1e-8);
+        test_scene_free(&test);
+    }
+}
+
+// A ball over a catcher that the camera does not see: under a sky it takes the light of its solid
+// angle, weighed by the cosine, r^2 / d^2; with a sun in its zenith the sun's share too. What lies
+// behind is darkened, or, on a transparent film, the shadow is the picture's alpha.
+static void trace_catches_shadows(void **state) {
+    (void)state;
+    for (int i = 0; i < 4; i++) {
+        TestScene test;
+        bool has_sun = i & 1;
+        test_orthographic(&test);
+        test.scene.film.transparent = i & 2;
+        test_light(&test, LIGHT_SKY, (double[]){0.5, 0.5, 0.5, 1}, 4);
+        if (has_sun) {
+            test_light(&test, LIGHT_SUN, (double[]){0, 0, 1, 3, 1, 1, 1, 0}, 8);
+        }
+        uint32_t grey = test_material(&test, MATERIAL_MATTE, (double[]){0.5, 0.5, 0.5}, 3);
+        test_moving_square(&test, grey, vec3(0, 0, 0), vec3(0, 0, 0), 40);
+        test_moving_sphere(&test, grey, vec3(0.5, 0.5, 4), vec3(0, 0, 0), 2);
+        test.shapes[0].is_catcher = true;
+        test.shapes[1].seen[RAY_CAMERA] = test_numbers(&test, (double[]){0}, 1);
+        RenderStats stats = {0};
+        const Film *film = trace(&test, 4096, &stats);
+        double sky = 0.5 * 3.141592653589793, sun = has_sun ? 3 : 0;
+        double shadow = (0.25 * sky + sun) / (sky + sun);
+        if (i & 2) {
+            assert_near(channel(film, WIDTH / 2, HEIGHT / 2 - 1, 3), shadow, 0.01);
+            assert_near(channel(film, WIDTH / 2, HEIGHT / 2 - 1, 0), 0, 0);
+        } else {
+            assert_near(channel(film, WIDTH / 2, HEIGHT / 2 - 1, 0), 0.5 * (1 - shadow), 0.01);
+            assert_near(channel(film, 0, 0, 3), 1, 0);
+        }
+        test_scene_free(&test);
+    }
+}
+
 // A square facing the camera under one light: Lambert's law, and nothing but shadow rays.
 static void trace_direct_light(void **state) {
     (void)state;
@@ -492,6 +608,9 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(trace_furnace),
     cmocka_unit_test(trace_mixes_pictures),
     cmocka_unit_test(trace_glass_absorbs_by_distance),
+    cmocka_unit_test(trace_through_layers),
+    cmocka_unit_test(trace_asks_who_sees),
+    cmocka_unit_test(trace_catches_shadows),
     cmocka_unit_test(trace_direct_light),
     cmocka_unit_test(trace_mirrors_at_the_rays_time),
     cmocka_unit_test(trace_mirrors_show_the_sun),
