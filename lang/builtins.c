@@ -271,18 +271,6 @@ static Value default_value(Eval *ev, const Param *param) {
     }
 }
 
-// What all materials will take.
-static bool is_later(Eval *ev, int32_t id, Symbol name) {
-    static const char *const words[] = {"bump", "normal_map"};
-    for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
-        if (strcmp(builtin_infos[id].result, "material") == 0 &&
-            strcmp(symbol_text(ev->symbols, name), words[i]) == 0) {
-            return true;
-        }
-    }
-    return false;
-}
-
 // Arguments in the order of the parameters; variable ones behind. false: reported.
 static bool place(Eval *ev, const Env *env, NodeId node, int32_t id, const Signature *signature,
                   const BuiltinArgument *args, uint32_t n, Value *values, NodeId *nodes) {
@@ -294,12 +282,6 @@ static bool place(Eval *ev, const Env *env, NodeId node, int32_t id, const Signa
             index = 0;
             while (index < signature->n && signature->params[index].name != args[i].name) {
                 index++;
-            }
-            if (index == signature->n && is_later(ev, id, args[i].name)) {
-                eval_error_at(ev, syntax_word_span(env->module->syntax, args[i].offset), NULL,
-                              "not supported yet: '%s' of %s",
-                              symbol_text(ev->symbols, args[i].name), builtin_infos[id].name);
-                return false;
             }
             if (index == signature->n) {
                 eval_error_at(ev, syntax_word_span(env->module->syntax, args[i].offset),

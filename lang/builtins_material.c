@@ -16,10 +16,11 @@ typedef struct {
 static const Bound color = {"a color", 0, INFINITY}, edge = {"edge", 0, 1}, rough = {"rough", 0, 1},
                    ior = {"ior", 1, INFINITY}, power = {"power", 0, INFINITY},
                    depth = {"depth", 0, INFINITY}, weight = {"w", 0, 1},
-                   opacity = {"opacity", 0, 1};
+                   opacity = {"opacity", 0, 1}, bump = {"bump", -INFINITY, INFINITY},
+                   normal_map = {"normal_map", 0, 1};
 
 // Parameters of all kinds, behind their own.
-static const Bound *const common[] = {&opacity};
+static const Bound *const common[] = {&opacity, &bump, &normal_map};
 enum { N_COMMON = sizeof common / sizeof *common };
 
 typedef struct {

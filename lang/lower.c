@@ -180,6 +180,12 @@ static const Program *lower_unless(Eval *ev, Ref ref, double number) {
     return dag_is_const(ev->dag, ref, &x) && x == number ? NULL : lower_program(ev, &ref, 1);
 }
 
+// NULL: straight up.
+static const Program *lower_normal(Eval *ev, const Ref *rgb) {
+    Ref half = dag_const(ev->dag, 0.5), one = dag_const(ev->dag, 1);
+    return rgb[0] == half && rgb[1] == half && rgb[2] == one ? NULL : lower_program(ev, rgb, 3);
+}
+
 static Material make_material(Eval *ev, const MaterialValue *material, SourceRef where) {
     Material made = {.kind = material->kind, .where = where};
     for (int k = 0; k < 2 && material->kind == MATERIAL_MIX; k++) {
@@ -187,6 +193,8 @@ static Material make_material(Eval *ev, const MaterialValue *material, SourceRef
     }
     made.program = lower_outputs(ev, material);
     made.opacity = lower_unless(ev, material->ref[MATERIAL_OPACITY], 1);
+    made.height = lower_unless(ev, material->ref[MATERIAL_BUMP], 0);
+    made.normal = lower_normal(ev, material->ref + MATERIAL_NORMAL_X);
     return made;
 }
 

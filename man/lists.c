@@ -301,7 +301,7 @@ static void list_nodes(void) {
 static void print_parameter(const char *text, size_t n) {
     fputs(" \"", stdout);
     for (size_t i = 0; i < n; i++) {
-        fputs(text[i] == ',' ? "\\[u002C]" : (char[]){text[i], 0}, stdout);
+        fputs(text[i] == ',' ? "\\N'44'" : (char[]){text[i], 0}, stdout);
     }
     putchar('"');
 }

@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#include "render/sampling.h"
+
 static void set_ones(double out[BSDF_MAX_OUT]) {
     for (int i = 0; i < BSDF_MAX_OUT; i++) {
         out[i] = 1;
@@ -50,16 +52,26 @@ static void make_table(Materials *materials, Arena *arena) {
     }
 }
 
+static bool looks_around(const Materials *materials, const Material *material) {
+    return material->height || material->normal || program_has_images(material->program) ||
+           (material->opacity && program_has_images(material->opacity)) ||
+           (material->kind == MATERIAL_MIX && (materials->looks_around[material->parts[0]] ||
+                                               materials->looks_around[material->parts[1]]));
+}
+
 void materials_init(Materials *materials, Arena *arena, const Scene *scene) {
     const double in[IN_COUNT] = {0};
     uint32_t n = scene->n_materials;
     *materials = (Materials){.all = scene->materials, .n = n};
     materials->values = arena_array(arena, n, sizeof *materials->values);
     materials->is_constant = ARENA_ARRAY(arena, n, bool);
+    materials->looks_around = ARENA_ARRAY(arena, n, bool);
     for (uint32_t i = 0; i < n; i++) {
         const Material *material = &scene->materials[i];
         materials->has_glow |= material->kind == MATERIAL_GLOW;
         materials->has_holes |= material->opacity != NULL;
+        materials->looks_around[i] = looks_around(materials, material);
+        materials->needs_neighbours |= materials->looks_around[i];
         materials->is_constant[i] = program_is_constant(material->program);
         set_ones(materials->values[i]);
         if (materials->is_constant[i]) {
@@ -71,44 +83,91 @@ void materials_init(Materials *materials, Arena *arena, const Scene *scene) {
 
 // ---- At a point
 
-static void set_inputs(const SurfacePoint *point, double seconds, double in[IN_COUNT]) {
-    memset(in, 0, IN_COUNT * sizeof *in);
-    in[IN_T] = in[IN_FILM_T] = seconds;
-    in[IN_U] = point->u;
-    in[IN_V] = point->v;
+enum { N_PLACES = 3 };
+
+typedef double PlaceInputs[IN_COUNT][N_PLACES];
+
+// Those that differ from place to place.
+static const uint32_t point_inputs =
+    3u << IN_U | 7u << IN_PX | 7u << IN_NX | 7u << IN_WX | 7u << IN_WNX;
+
+static void set_point(const SurfacePoint *point, int k, PlaceInputs in) {
+    in[IN_U][k] = point->u;
+    in[IN_V][k] = point->v;
     const Vec3 values[4] = {point->p, point->n, point->P, point->N};
     static const Input first[4] = {IN_PX, IN_NX, IN_WX, IN_WNX};
     for (int i = 0; i < 4; i++) {
-        in[first[i]] = values[i].x;
-        in[first[i] + 1] = values[i].y;
-        in[first[i] + 2] = values[i].z;
-    }
-    for (uint32_t i = 0; i < point->shape->n_loops; i++) {
-        in[IN_LOOP0 + i] = point->loops[i];
+        in[first[i]][k] = values[i].x;
+        in[first[i] + 1][k] = values[i].y;
+        in[first[i] + 2][k] = values[i].z;
     }
 }
 
-void material_values(const Materials *materials, uint32_t material, const SurfacePoint *point,
-                     double seconds, double out[BSDF_MAX_OUT]) {
+// out[n][N_PLACES]; where there is nothing beside the place, it alone.
+static void run_places(const Program *program, const MaterialPlace *place,
+                       double (*out)[N_PLACES]) {
+    PlaceInputs in;
+    double *outs[BSDF_MAX_OUT];
+    ProgramInputs inputs = {.varying = point_inputs, .are_neighbours = place->beside != NULL};
+    memset(in, 0, sizeof in);
+    in[IN_T][0] = in[IN_FILM_T][0] = place->seconds;
+    for (int k = 0; k < (place->beside ? N_PLACES : 1); k++) {
+        set_point(k ? &place->beside[k - 1] : place->point, k, in);
+    }
+    for (uint32_t i = 0; i < place->point->shape->n_loops; i++) {
+        in[IN_LOOP0 + i][0] = place->point->loops[i];
+    }
+    for (int i = 0; i < IN_COUNT; i++) {
+        inputs.at[i] = in[i];
+    }
+    for (uint32_t i = 0; i < program_n_out(program); i++) {
+        outs[i] = out[i];
+    }
+    program_run(program, &inputs, place->beside ? N_PLACES : 1, outs);
+}
+
+// At the place itself.
+static void run_program(const Program *program, const MaterialPlace *place, double *out) {
+    double in[IN_COUNT] = {0};
+    if (place->beside && program_has_images(program)) {
+        double all[BSDF_MAX_OUT][N_PLACES];
+        run_places(program, place, all);
+        for (uint32_t i = 0; i < program_n_out(program); i++) {
+            out[i] = all[i][0];
+        }
+        return;
+    }
+    PlaceInputs points = {{0}};
+    set_point(place->point, 0, points);
+    for (int i = 0; i < IN_COUNT; i++) {
+        in[i] = points[i][0];
+    }
+    in[IN_T] = in[IN_FILM_T] = place->seconds;
+    for (uint32_t i = 0; i < place->point->shape->n_loops; i++) {
+        in[IN_LOOP0 + i] = place->point->loops[i];
+    }
+    program_run1(program, in, out);
+}
+
+void material_values(const Materials *materials, uint32_t material, const MaterialPlace *place,
+                     double out[BSDF_MAX_OUT]) {
     if (materials->is_constant[material]) {
         memcpy(out, materials->values[material], BSDF_MAX_OUT * sizeof *out);
         return;
     }
-    double in[IN_COUNT];
     set_ones(out);
-    set_inputs(point, seconds, in);
-    program_run1(materials->all[material].program, in, out);
+    run_program(materials->all[material].program, place, out);
 }
 
 static double clamp01(double x) {
     return x > 0 ? x < 1 ? x : 1 : 0; // NaN: 0
 }
 
-uint32_t material_choose(const Materials *materials, uint32_t material, const SurfacePoint *point,
-                         double seconds, double *u) {
+uint32_t material_choose(const Materials *materials, uint32_t material, const MaterialPlace *place,
+                         double *u) {
     while (materials->all[material].kind == MATERIAL_MIX) {
         double out[BSDF_MAX_OUT];
-        material_values(materials, material, point, seconds, out);
+        material_values(materials, material, place, out);
         double share = clamp01(out[0]);
         bool is_second = *u < share;
         *u = is_second ? *u / share : (*u - share) / (1 - share);
@@ -117,20 +176,88 @@ uint32_t material_choose(const Materials *materials, uint32_t material, const Su
     return material;
 }
 
-double material_opacity(const Materials *materials, uint32_t material, const SurfacePoint *point,
-                        double seconds) {
+double material_opacity(const Materials *materials, uint32_t material, const MaterialPlace *place) {
     const Material *m = &materials->all[material];
     if (m->kind == MATERIAL_MIX) {
         double out[BSDF_MAX_OUT];
-        material_values(materials, material, point, seconds, out);
+        material_values(materials, material, place, out);
         double share = clamp01(out[0]);
-        return (1 - share) * material_opacity(materials, m->parts[0], point, seconds) +
-               share * material_opacity(materials, m->parts[1], point, seconds);
+        return (1 - share) * material_opacity(materials, m->parts[0], place) +
+               share * material_opacity(materials, m->parts[1], place);
     }
-    double in[IN_COUNT], opacity = 1;
+    double opacity = 1;
     if (m->opacity) {
-        set_inputs(point, seconds, in);
-        program_run1(m->opacity, in, &opacity);
+        run_program(m->opacity, place, &opacity);
     }
     return clamp01(opacity);
+}
+
+// ---- Normals
+
+void material_beside(const SurfacePoint *point, const SurfaceSlope *slope, Vec3 dir, double width,
+                     SurfacePoint beside[2]) {
+    const double least_cosine = 0.02; // at grazing what falls into a pixel has no end
+    double cosine = vec3_dot(dir, point->Ng);
+    Vec3 x, y, along = vec3_madd(dir, -cosine, point->Ng);
+    sampling_frame(point->Ng, &x, &y);
+    if (vec3_dot(along, along) > 1e-12) {
+        x = vec3_normalize(along);
+        y = vec3_cross(point->Ng, x);
+    }
+    const Vec3 side[2] = {vec3_scale(x, width / fmax(fabs(cosine), least_cosine)),
+                          vec3_scale(y, width)};
+    double e = vec3_dot(slope->P[0], slope->P[0]), f = vec3_dot(slope->P[0], slope->P[1]);
+    double g = vec3_dot(slope->P[1], slope->P[1]), det = e * g - f * f;
+    for (int k = 0; k < 2; k++) {
+        double s = vec3_dot(slope->P[0], side[k]), t = vec3_dot(slope->P[1], side[k]);
+        double a = det > 0 ? (g * s - f * t) / det : 0, b = det > 0 ? (e * t - f * s) / det : 0;
+        SurfacePoint *q = &beside[k];
+        *q = *point;
+        q->P = vec3_madd(vec3_madd(q->P, a, slope->P[0]), b, slope->P[1]);
+        q->p = vec3_madd(vec3_madd(q->p, a, slope->p[0]), b, slope->p[1]);
+        q->n = vec3_normalize(vec3_madd(vec3_madd(q->n, a, slope->n[0]), b, slope->n[1]));
+        q->u += a * slope->u[0] + b * slope->u[1];
+        q->v += a * slope->v[0] + b * slope->v[1];
+    }
+}
+
+// The normal of the surface raised by a height, from its differences (Mikkelsen, "Bump mapping
+// unparametrized surfaces on the GPU", 2010): those beside lie at right angles.
+static Vec3 bumped(const Program *height, const MaterialPlace *place, Vec3 n) {
+    double h[1][N_PLACES];
+    run_places(height, place, h);
+    for (int k = 0; k < 2; k++) {
+        Vec3 side = vec3_sub(place->beside[k].P, place->point->P);
+        double rise = (h[0][k + 1] - h[0][0]) / vec3_dot(side, side);
+        n = isfinite(rise) ? vec3_madd(n, -rise, side) : n;
+    }
+    return vec3_normalize(n);
+}
+
+static Vec3 mapped(const Program *normal, const MaterialPlace *place, const SurfaceSlope *slope,
+                   Vec3 n) {
+    double out[3];
+    run_program(normal, place, out);
+    double det = slope->u[0] * slope->v[1] - slope->u[1] * slope->v[0];
+    // Where u grows, and v.
+    Vec3 u = vec3_scale(vec3_madd(vec3_scale(slope->P[0], slope->v[1]), -slope->v[0], slope->P[1]),
+                        1 / det);
+    Vec3 v = vec3_scale(vec3_madd(vec3_scale(slope->P[1], slope->u[0]), -slope->u[1], slope->P[0]),
+                        1 / det);
+    Vec3 x = vec3_normalize(vec3_madd(u, -vec3_dot(u, n), n)), y = vec3_cross(n, x);
+    y = vec3_dot(y, v) < 0 ? vec3_scale(y, -1) : y;
+    Vec3 bent = vec3_normalize(
+        sampling_to_world(x, y, n, vec3(2 * out[0] - 1, 2 * out[1] - 1, 2 * out[2] - 1)));
+    return vec3_is_finite(bent) && vec3_dot(bent, bent) > 0 ? bent : n;
+}
+
+Vec3 material_normal(const Materials *materials, uint32_t material, const MaterialPlace *place,
+                     const SurfaceSlope *slope, Vec3 dir) {
+    const Material *m = &materials->all[material];
+    const SurfacePoint *point = place->point;
+    const double least = 0.01; // cosine: so far in sight at least
+    Vec3 n = m->normal ? mapped(m->normal, place, slope, point->N) : point->N;
+    n = m->height ? bumped(m->height, place, n) : n;
+    double side = vec3_dot(point->Ng, dir) > 0 ? 1 : -1, seen = side * vec3_dot(n, dir);
+    return seen >= least ? n : vec3_normalize(vec3_madd(n, side * (least - seen), dir));
 }

@@ -17,21 +17,39 @@ typedef struct {
     bool *is_constant;
     const BsdfTable *table; // NULL: nothing is rough
     bool has_glow, has_holes;
+    bool *looks_around;    // [n]: a program of it, or of its parts, needs neighbours
+    bool needs_neighbours; // any does
 } Materials;
+
+// A place on a surface, and two beside it in the directions of a pixel's sides: how programs change
+// from one to the other tells of the slopes of bumps and how much of a picture falls into a pixel.
+typedef struct {
+    const SurfacePoint *point;
+    const SurfacePoint *beside; // [2]; NULL: the place alone
+    double seconds;
+} MaterialPlace;
+
+// width: of the bundle of rays that a pixel is, in metres, where it meets the surface along dir.
+void material_beside(const SurfacePoint *point, const SurfaceSlope *slope, Vec3 dir, double width,
+                     SurfacePoint beside[2]);
+
+// The point's shading normal, bent by bump and normal map of a material that looks around; turned
+// to the outside, and in sight of the viewer as the surface is.
+Vec3 material_normal(const Materials *materials, uint32_t material, const MaterialPlace *place,
+                     const SurfaceSlope *slope, Vec3 dir);
 
 void materials_init(Materials *materials, Arena *arena, const Scene *scene);
 
 // The part that stands for a material there; it is no mix. *u, in [0, 1), decides, and gets what of
 // it the decision leaves uniform. A material that is no mix reads and changes nothing.
-uint32_t material_choose(const Materials *materials, uint32_t material, const SurfacePoint *point,
-                         double seconds, double *u);
+uint32_t material_choose(const Materials *materials, uint32_t material, const MaterialPlace *place,
+                         double *u);
 
 // The outputs of a material's program; those that it leaves out are 1.
-void material_values(const Materials *materials, uint32_t material, const SurfacePoint *point,
-                     double seconds, double out[BSDF_MAX_OUT]);
+void material_values(const Materials *materials, uint32_t material, const MaterialPlace *place,
+                     double out[BSDF_MAX_OUT]);
 
 // The share of light that meets a surface of it there, in [0, 1]; of a mix, on the mean.
-double material_opacity(const Materials *materials, uint32_t material, const SurfacePoint *point,
-                        double seconds);
+double material_opacity(const Materials *materials, uint32_t material, const MaterialPlace *place);
 
 #endif

@@ -37,7 +37,8 @@ bool path_scene_is_moving(const Scene *scene) {
         }
     }
     for (uint32_t i = 0; i < scene->n_materials; i++) {
-        if (reads_time(scene->materials[i].program) || reads_time(scene->materials[i].opacity)) {
+        if (reads_time(scene->materials[i].program) || reads_time(scene->materials[i].opacity) ||
+            reads_time(scene->materials[i].height) || reads_time(scene->materials[i].normal)) {
             return true;
         }
     }
@@ -197,6 +198,16 @@ static void absorb(Path *path, double distance) {
     }
 }
 
+// The bundle of rays from there on (Akenine-Moeller et al., "Improved shader and texture level of
+// detail using ray cones", JCGT 2021, with estimates for what is not smooth).
+static void widen(Path *path, const Vertex *vertex, double density) {
+    path->width += path->spread * vec3_length(vec3_sub(vertex->point.P, path->origin));
+    if (density > 0) {
+        double wide = bsdf_has_diffuse(&vertex->bsdf) ? 0.25 : 0.5 * vertex->bsdf.alpha;
+        path->spread = fmax(path->spread, wide);
+    }
+}
+
 // Draws the direction in which the path goes on. False: it ends here.
 static bool bounce(PathTracer *tracer, Path *path, const Vertex *vertex) {
     double u[SAMPLE_DIMENSIONS];
@@ -210,6 +221,7 @@ static bool bounce(PathTracer *tracer, Path *path, const Vertex *vertex) {
     if (!(sample.density > 0)) {
         path->dir = lift(vertex, path->dir, is_through);
     }
+    widen(path, vertex, sample.density);
     if (!leave(vertex, path->dir, is_through, &path->origin)) {
         return false;
     }
@@ -321,6 +333,8 @@ void path_trace(PathTracer *tracer, const Sampler *sampler, uint32_t x, uint32_t
     FilmSample sample = {.depth = INFINITY};
     if (tracer->camera.is_valid) {
         Path path = {.sampler = sampler, .index = index, .weight = {1, 1, 1}, .clear = 1};
+        bool spreads = tracer->camera.kind == CAMERA_PERSPECTIVE;
+        *(spreads ? &path.spread : &path.width) = tracer->camera.pixel;
         camera_ray(&tracer->camera, x + 0.5 + filter_offset(&paths->filter, u[SAMPLE_X]),
                    y + 0.5 + filter_offset(&paths->filter, u[SAMPLE_Y]), &path.origin, &path.dir);
         tracer->counters.camera_rays++;

@@ -20,12 +20,17 @@ typedef struct {
     double clear;       // share of what is behind catchers
     bool is_within;     // glass that absorbs
     double absorbs[3];  // of it, per metre
+    // Of the bundle of rays that a pixel is: metres across at the origin, and how many more for
+    // each metre on; only where a material looks around.
+    double width, spread;
     uint32_t n_chances; // random numbers drawn for what surfaces are
 } Path;
 
 // A place on a surface, seen from the viewer's side.
 typedef struct {
-    SurfacePoint point;
+    SurfacePoint point, beside[2];
+    SurfaceSlope slope; // where the material looks around
+    bool has_beside;
     Vec3 x, y, N, Ng;  // the shading frame; both normals on the viewer's side
     Vec3 wo;           // towards the viewer, in the frame
     Vec3 start;        // where rays leave

@@ -47,8 +47,8 @@ double path_unhindered(PathTracer *tracer, Vec3 origin, Vec3 dir, double tmax) {
         }
         world_surface(tracer->view, origin, dir, &hit, &vertex.point);
         path_orient(&vertex, dir);
-        left *=
-            1 - material_opacity(materials, vertex.point.material, &vertex.point, tracer->seconds);
+        const MaterialPlace place = {&vertex.point, NULL, tracer->seconds};
+        left *= 1 - material_opacity(materials, vertex.point.material, &place);
         origin = vertex.through;
         tmax -= hit.t;
     }
@@ -62,10 +62,32 @@ static double draw_chance(Path *path) {
     return u[0];
 }
 
+static MaterialPlace place_of(const PathTracer *tracer, const Vertex *vertex) {
+    return (MaterialPlace){&vertex->point, vertex->has_beside ? vertex->beside : NULL,
+                           tracer->seconds};
+}
+
+// What lies beside the point, distance metres along the path's ray.
+static void look_around(PathTracer *tracer, const Path *path, Vertex *vertex, const WorldHit *hit,
+                        double distance) {
+    const Materials *materials = &tracer->paths->materials;
+    vertex->has_beside = materials->looks_around[vertex->point.material];
+    if (vertex->has_beside) {
+        world_surface_slope(tracer->view, hit, &vertex->point, &vertex->slope);
+        material_beside(&vertex->point, &vertex->slope, path->dir,
+                        path->width + path->spread * distance, vertex->beside);
+    }
+}
+
 bool path_set_material(PathTracer *tracer, const Path *path, Vertex *vertex) {
     const Materials *materials = &tracer->paths->materials;
     uint32_t material = vertex->material;
-    material_values(materials, material, &vertex->point, tracer->seconds, vertex->values);
+    const MaterialPlace place = place_of(tracer, vertex);
+    material_values(materials, material, &place, vertex->values);
+    if (materials->all[material].height || materials->all[material].normal) {
+        vertex->point.N = material_normal(materials, material, &place, &vertex->slope, path->dir);
+        path_orient(vertex, path->dir);
+    }
     if (!bsdf_init(&vertex->bsdf, materials->all[material].kind, vertex->values, vertex->is_inside,
                    path->has_scattered ? PATH_ROUGH : 0, vertex->wo.z, materials->table)) {
         tracer->troubles.materials[material] = true;
@@ -127,9 +149,10 @@ static bool is_gone_through(PathTracer *tracer, Path *path, Vertex *vertex) {
         return false;
     }
     double u = draw_chance(path);
-    vertex->material = material_choose(materials, point->material, point, tracer->seconds, &u);
+    const MaterialPlace place = place_of(tracer, vertex);
+    vertex->material = material_choose(materials, point->material, &place, &u);
     return materials->all[vertex->material].opacity &&
-           !(u < material_opacity(materials, vertex->material, point, tracer->seconds));
+           !(u < material_opacity(materials, vertex->material, &place));
 }
 
 bool path_next_surface(PathTracer *tracer, Path *path, Vertex *vertex, double *distance) {
@@ -145,6 +168,7 @@ bool path_next_surface(PathTracer *tracer, Path *path, Vertex *vertex, double *d
         world_surface(tracer->view, origin, path->dir, &hit, &vertex->point);
         path_orient(vertex, path->dir);
         *distance += hit.t;
+        look_around(tracer, path, vertex, &hit, *distance);
         if (!is_gone_through(tracer, path, vertex)) {
             break;
         }

@@ -28,6 +28,10 @@ typedef struct {
     // 1 out: share of the light that meets a surface there, in 0..1; NULL: all. A mix has its
     // parts' own.
     const Program *opacity;
+    const Program *height; // 1 out: by so many metres of the world the surface only seems raised
+    // 3 out: the normal as pictures hold it, (x + 1) / 2 along the growing u, v and outwards; NULL:
+    // the surface's own
+    const Program *normal;
 } Material;
 
 #endif
