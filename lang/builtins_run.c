@@ -84,8 +84,7 @@ static bool is_vector(const Value *value) {
 static Value run_mix(const BuiltinCall *call) {
     const Value *a = &call->args[0], *b = &call->args[1];
     if (value_is(a, VALUE_MATERIAL) && value_is(b, VALUE_MATERIAL)) {
-        return eval_error(call->ev, call->env, call->node, "mix their colors",
-                          "not supported yet: mix of materials");
+        return builtins_mix_materials(call);
     }
     bool is_alike = a->n == b->n && (a->type == b->type || (is_vector(a) && is_vector(b)));
     if (!value_is_numeric(a) || !is_alike || a->type == VALUE_ROTATION ||
@@ -404,68 +403,8 @@ static Value run_kelvin(const BuiltinCall *call) {
     return value_from3(VALUE_COLOR, color_kelvin(dag_of(call), ref1(call, 0)));
 }
 
-// Bounds of the arguments of materials, in the order of their parameters.
-typedef struct {
-    const char *name;
-    double low, high;
-} Bound;
-
-static const Bound bound_color = {"a color", 0, INFINITY}, bound_rough = {"rough", 0, 1},
-                   bound_ior = {"ior", 1, INFINITY}, bound_power = {"power", 0, INFINITY};
-
-// False: reported, or asked for.
-static bool is_within(const BuiltinCall *call, uint32_t arg, const Bound *bound) {
-    Eval *ev = call->ev;
-    const Value *value = &call->args[arg];
-    for (uint32_t k = 0; k < value->n; k++) {
-        double x;
-        if (!dag_is_const(ev->dag, value->ref[k], &x)) {
-            if (!eval_copies_within(ev, value->ref[k], bound->low, bound->high)) {
-                return false;
-            }
-        } else if (!(x >= bound->low && x <= bound->high)) {
-            bool is_below = !(x >= bound->low);
-            eval_error(ev, call->env, call->nodes[arg] ? call->nodes[arg] : call->node, NULL,
-                       "%s is at %s %g, this is %.6g", bound->name, is_below ? "least" : "most",
-                       is_below ? bound->low : bound->high, x);
-            return false;
-        }
-    }
-    return true;
-}
-
-static bool material_is_within(const BuiltinCall *call) {
-    const Bound *const bounds[] = {
-        &bound_color, call->id == BUILTIN_GLOW ? &bound_power : &bound_rough, &bound_ior};
-    for (uint32_t i = 0; i < call->n; i++) {
-        if (!is_within(call, i, bounds[i])) {
-            return false;
-        }
-    }
-    return true;
-}
-
 static Value run_material(const BuiltinCall *call) {
-    if (!material_is_within(call)) {
-        return value_poison();
-    }
-    static const struct {
-        BuiltinId id;
-        MaterialKind kind;
-    } kinds[] = {{BUILTIN_MATTE, MATERIAL_MATTE},
-                 {BUILTIN_METAL, MATERIAL_METAL},
-                 {BUILTIN_GLOSS, MATERIAL_GLOSS},
-                 {BUILTIN_GLOW, MATERIAL_GLOW}};
-    MaterialValue *material = ARENA_NEW(call->ev->arena, MaterialValue);
-    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
-        material->kind = kinds[i].id == call->id ? kinds[i].kind : material->kind;
-    }
-    for (uint32_t i = 0; i < call->n; i++) {
-        for (uint32_t k = 0; k < call->args[i].n; k++) {
-            material->ref[material->n++] = call->args[i].ref[k];
-        }
-    }
-    return (Value){.type = VALUE_MATERIAL, .material = material};
+    return builtins_material(call);
 }
 
 #define run_later NULL

@@ -20,8 +20,9 @@
 enum { SAMPLE_X, SAMPLE_Y, SAMPLE_TIME, SAMPLE_FREE, SAMPLE_DIMENSIONS };
 
 // The sets of a path: the first, then for each bounce one for the choice of lobe and direction, and
-// one for each light.
-enum { SAMPLE_SET_PIXEL = 0, SAMPLE_SET_PATH = 1 };
+// one for each light. Those from SAMPLE_SET_CHANCE on decide what surfaces are, one after the
+// other.
+enum { SAMPLE_SET_PIXEL = 0, SAMPLE_SET_PATH = 1, SAMPLE_SET_CHANCE = 1 << 30 };
 
 // Where a pixel is in the space of all random numbers.
 typedef struct {
