@@ -68,9 +68,13 @@ struct Builtins {
 
 // ---- The table, read once
 
-// "0.5", or "<0.5, 0.5, 1>"; a single number stands for three. Returns where it ends.
+// "0.5", "true", or "<0.5, 0.5, 1>"; a single number stands for three. Returns where it ends.
 static const char *read_default(const char *text, double value[3]) {
-    bool is_vector = *text == '<';
+    bool is_vector = *text == '<', is_word = *text >= 'a' && *text <= 'z';
+    if (is_word) {
+        value[0] = strncmp(text, "true", 4) == 0;
+        return text + strcspn(text, ",");
+    }
     char *end = (char *)text + is_vector;
     for (int k = 0; k < 3; k++) {
         if (k == 0 || is_vector) {

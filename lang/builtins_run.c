@@ -346,6 +346,40 @@ static Value run_table(const BuiltinCall *call) {
         dag_op(dag, OP_ADD, dag_table_op(dag, OP_TABLE, row, table->ys, n), rise, REF_NONE));
 }
 
+static bool is_true(const BuiltinCall *call, uint32_t i) {
+    double x;
+    return dag_is_const(dag_of(call), ref1(call, i), &x) && x != 0;
+}
+
+// A color, or of image_alpha the opacity.
+static Value run_image(const BuiltinCall *call) {
+    const Value *uv = &call->args[1];
+    bool is_alpha = call->id == BUILTIN_IMAGE_ALPHA;
+    double known;
+    if (!is_vector(uv) || uv->n != 2) {
+        return eval_error(call->ev, call->env, node_of(call, 1), "write <u, v>",
+                          "%s: 'uv' is a vector of 2, this is %s", builtin_infos[call->id].name,
+                          value_describe(call->ev->arena, uv));
+    }
+    if (!is_alpha && !eval_need(call->ev, call->env, node_of(call, 2), ref1(call, 2),
+                                "whether a picture is raw", &known)) {
+        return value_poison();
+    }
+    const ProgramImage *image = loader_picture(call->ev, call->env, node_of(call, 0),
+                                               &call->args[0], !is_alpha && is_true(call, 2));
+    if (!image) {
+        return value_poison();
+    }
+    if (is_alpha) {
+        return number(dag_image(dag_of(call), uv->ref[0], uv->ref[1], image, 3));
+    }
+    Ref rgb[3];
+    for (uint32_t c = 0; c < 3; c++) {
+        rgb[c] = dag_image(dag_of(call), uv->ref[0], uv->ref[1], image, c);
+    }
+    return value_vec(VALUE_COLOR, rgb, 3);
+}
+
 // ---- Text, colors, materials
 
 static Value run_text(const BuiltinCall *call) {

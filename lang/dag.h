@@ -33,6 +33,9 @@ Ref dag_table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n);
 // A TABLE whose values (n >= 1) last longer than every program compiled from the graph: they are
 // neither copied nor compared with other tables.
 Ref dag_column(Dag *dag, Ref a, const double *values, uint32_t n);
+// The channel (0..3: r g b and opacity) of a picture at (s, t). Never folded; the image lasts
+// longer than every program compiled from the graph.
+Ref dag_image(Dag *dag, Ref s, Ref t, const ProgramImage *image, uint32_t channel);
 // SEARCH for pieces that join smoothly: what is built on it does not jump or bend at its steps, so
 // they are no breaks.
 Ref dag_search_unseen(Dag *dag, Ref a, const double *values, uint32_t n);

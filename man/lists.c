@@ -329,8 +329,8 @@ static void list_functions(void) {
     }
 #include "lang/builtins.def"
 #undef FUNCTION
-    puts(".El\n.Pp\nNot supported yet:");
-    const char *before = ".Fn ";
+    puts(".El");
+    const char *before = ".Pp\nNot supported yet:\n.Fn ";
 #define FUNCTION(id, name, params, result, run, op, help)                                          \
     if (strcmp(#run, "later") == 0) {                                                              \
         printf("%s%s", before, name);                                                              \
@@ -338,7 +338,7 @@ static void list_functions(void) {
     }
 #include "lang/builtins.def"
 #undef FUNCTION
-    puts(" .");
+    fputs(*before == ' ' ? " .\n" : "", stdout);
 }
 
 static void print_word(const char *name, unsigned n_arguments, const char *help) {
