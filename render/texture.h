@@ -13,7 +13,7 @@
 #include "accel/arena.h"
 #include "render/program.h"
 
-// The picture of a file, read once to see that it can be; the files stays in use until the program
+// The picture of a file, read once to see that it can be; the file stays in use until the program
 // ends. NULL with one sentence in message[n], without the file's name.
 const ProgramImage *texture_open(Arena *arena, const char *path, bool is_raw, char *message,
                                  size_t n);
