@@ -55,7 +55,11 @@ bool write(const char *format, const uint8_t *pixels, uint32_t width, uint32_t h
             return fail(message, n, std::string(format) + " files hold no alpha");
         }
         OIIO::ImageSpec spec(int(width), int(height), int(n_channels), OIIO::TypeDesc::UINT8);
-        spec.attribute("oiio:ColorSpace", "sRGB");
+        // Of TIFF it would become a second directory, which links itself into the header by reading
+        // the file back: not in memory. 8 bits are sRGB there anyway.
+        if (std::string(output->format_name()) != "tiff") {
+            spec.attribute("oiio:ColorSpace", "sRGB");
+        }
         spec.attribute("oiio:UnassociatedAlpha", 1);
         spec.attribute("CompressionQuality", 95);
         spec.attribute("jpeg:subsampling", "4:4:4");
