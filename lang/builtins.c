@@ -51,7 +51,7 @@ typedef struct {
     ParamType type;
     bool is_variable; // takes one or more
     bool has_default;
-    double value; // the default
+    double value[3]; // the default; of vectors and colors three
 } Param;
 
 typedef struct {
@@ -67,6 +67,24 @@ struct Builtins {
 };
 
 // ---- The table, read once
+
+// "0.5", "true", or "<0.5, 0.5, 1>"; a single number stands for three. Returns where it ends.
+static const char *read_default(const char *text, double value[3]) {
+    bool is_vector = *text == '<', is_word = *text >= 'a' && *text <= 'z';
+    if (is_word) {
+        value[0] = strncmp(text, "true", 4) == 0;
+        return text + strcspn(text, ",");
+    }
+    char *end = (char *)text + is_vector;
+    for (int k = 0; k < 3; k++) {
+        if (k == 0 || is_vector) {
+            value[k] = strtod(end + (k > 0 ? 2 : 0), &end);
+        } else {
+            value[k] = value[0];
+        }
+    }
+    return end + is_vector;
+}
 
 // "size number = 0.5": one parameter, up to a comma.
 static Param read_param(Symbols *symbols, const char **text) {
@@ -84,10 +102,8 @@ static Param read_param(Symbols *symbols, const char **text) {
         param.is_variable = true;
         *text += 3;
     } else if (strncmp(*text, " = ", 3) == 0) {
-        char *end;
         param.has_default = true;
-        param.value = strtod(*text + 3, &end);
-        *text = end;
+        *text = read_default(*text + 3, param.value);
     }
     *text += strncmp(*text, ", ", 2) == 0 ? 2 : 0;
     return param;
@@ -272,27 +288,22 @@ static bool check_alike(Eval *ev, const BuiltinCall *call, const Signature *sign
 }
 
 static Value default_value(Eval *ev, const Param *param) {
-    Ref ref = dag_const(ev->dag, param->value), refs[3] = {ref, ref, ref};
+    Ref refs[3];
+    for (int k = 0; k < 3; k++) {
+        refs[k] = dag_const(ev->dag, param->value[k]);
+    }
     switch (param->type) {
     case PARAM_VEC3:
         return value_vec(VALUE_VEC, refs, 3);
+    case PARAM_COLOR:
+        return value_vec(VALUE_COLOR, refs, 3);
     case PARAM_ANGLE:
-        return value_scalar(VALUE_ANGLE, ref);
+        return value_scalar(VALUE_ANGLE, refs[0]);
+    case PARAM_BOOL:
+        return value_scalar(VALUE_BOOL, refs[0]);
     default:
-        return value_scalar(VALUE_NUMBER, ref);
+        return value_scalar(VALUE_NUMBER, refs[0]);
     }
-}
-
-// What all materials will take.
-static bool is_later(Eval *ev, int32_t id, Symbol name) {
-    static const char *const words[] = {"bump", "normal_map", "opacity"};
-    for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
-        if (strcmp(builtin_infos[id].result, "material") == 0 &&
-            strcmp(symbol_text(ev->symbols, name), words[i]) == 0) {
-            return true;
-        }
-    }
-    return false;
 }
 
 // Arguments in the order of the parameters; variable ones behind. false: reported.
@@ -306,12 +317,6 @@ static bool place(Eval *ev, const Env *env, NodeId node, int32_t id, const Signa
             index = 0;
             while (index < signature->n && signature->params[index].name != args[i].name) {
                 index++;
-            }
-            if (index == signature->n && is_later(ev, id, args[i].name)) {
-                eval_error_at(ev, syntax_word_span(env->module->syntax, args[i].offset), NULL,
-                              "not supported yet: '%s' of %s",
-                              symbol_text(ev->symbols, args[i].name), builtin_infos[id].name);
-                return false;
             }
             if (index == signature->n) {
                 eval_error_at(ev, syntax_word_span(env->module->syntax, args[i].offset),

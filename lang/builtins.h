@@ -17,7 +17,7 @@ typedef struct {
 } BuiltinInfo;
 extern const BuiltinInfo builtin_infos[BUILTIN_COUNT];
 
-enum { BUILTIN_MAX_PARAMS = 4 };
+enum { BUILTIN_MAX_PARAMS = 9 };
 
 // An argument as written: its name (0: by place), where that stands, and its value.
 typedef struct {
@@ -56,6 +56,10 @@ typedef struct {
 } BuiltinCall;
 
 typedef Value BuiltinRun(const BuiltinCall *call);
+
+// lang/builtins_material.c
+BuiltinRun builtins_material, builtins_mix_materials;
+
 typedef struct {
     BuiltinRun *run; // NULL: not supported yet
     Op op;

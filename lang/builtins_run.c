@@ -84,8 +84,7 @@ static bool is_vector(const Value *value) {
 static Value run_mix(const BuiltinCall *call) {
     const Value *a = &call->args[0], *b = &call->args[1];
     if (value_is(a, VALUE_MATERIAL) && value_is(b, VALUE_MATERIAL)) {
-        return eval_error(call->ev, call->env, call->node, "mix their colors",
-                          "not supported yet: mix of materials");
+        return builtins_mix_materials(call);
     }
     bool is_alike = a->n == b->n && (a->type == b->type || (is_vector(a) && is_vector(b)));
     if (!value_is_numeric(a) || !is_alike || a->type == VALUE_ROTATION ||
@@ -380,6 +379,40 @@ static Value run_trapezoid(const BuiltinCall *call) {
     return (Value){.type = VALUE_FUNCTION, .closure = closure};
 }
 
+static bool is_true(const BuiltinCall *call, uint32_t i) {
+    double x;
+    return dag_is_const(dag_of(call), ref1(call, i), &x) && x != 0;
+}
+
+// A color, or of image_alpha the opacity.
+static Value run_image(const BuiltinCall *call) {
+    const Value *uv = &call->args[1];
+    bool is_alpha = call->id == BUILTIN_IMAGE_ALPHA;
+    double known;
+    if (!is_vector(uv) || uv->n != 2) {
+        return eval_error(call->ev, call->env, node_of(call, 1), "write <u, v>",
+                          "%s: 'uv' is a vector of 2, this is %s", builtin_infos[call->id].name,
+                          value_describe(call->ev->arena, uv));
+    }
+    if (!is_alpha && !eval_need(call->ev, call->env, node_of(call, 2), ref1(call, 2),
+                                "whether a picture is raw", &known)) {
+        return value_poison();
+    }
+    const ProgramImage *image = loader_picture(call->ev, call->env, node_of(call, 0),
+                                               &call->args[0], !is_alpha && is_true(call, 2));
+    if (!image) {
+        return value_poison();
+    }
+    if (is_alpha) {
+        return number(dag_image(dag_of(call), uv->ref[0], uv->ref[1], image, 3));
+    }
+    Ref rgb[3];
+    for (uint32_t c = 0; c < 3; c++) {
+        rgb[c] = dag_image(dag_of(call), uv->ref[0], uv->ref[1], image, c);
+    }
+    return value_vec(VALUE_COLOR, rgb, 3);
+}
+
 // ---- Text, colors, materials
 
 static Value run_text(const BuiltinCall *call) {
@@ -437,68 +470,8 @@ static Value run_kelvin(const BuiltinCall *call) {
     return value_from3(VALUE_COLOR, color_kelvin(dag_of(call), ref1(call, 0)));
 }
 
-// Bounds of the arguments of materials, in the order of their parameters.
-typedef struct {
-    const char *name;
-    double low, high;
-} Bound;
-
-static const Bound bound_color = {"a color", 0, INFINITY}, bound_rough = {"rough", 0, 1},
-                   bound_ior = {"ior", 1, INFINITY}, bound_power = {"power", 0, INFINITY};
-
-// False: reported, or asked for.
-static bool is_within(const BuiltinCall *call, uint32_t arg, const Bound *bound) {
-    Eval *ev = call->ev;
-    const Value *value = &call->args[arg];
-    for (uint32_t k = 0; k < value->n; k++) {
-        double x;
-        if (!dag_is_const(ev->dag, value->ref[k], &x)) {
-            if (!eval_copies_within(ev, value->ref[k], bound->low, bound->high)) {
-                return false;
-            }
-        } else if (!(x >= bound->low && x <= bound->high)) {
-            bool is_below = !(x >= bound->low);
-            eval_error(ev, call->env, call->nodes[arg] ? call->nodes[arg] : call->node, NULL,
-                       "%s is at %s %g, this is %.6g", bound->name, is_below ? "least" : "most",
-                       is_below ? bound->low : bound->high, x);
-            return false;
-        }
-    }
-    return true;
-}
-
-static bool material_is_within(const BuiltinCall *call) {
-    const Bound *const bounds[] = {
-        &bound_color, call->id == BUILTIN_GLOW ? &bound_power : &bound_rough, &bound_ior};
-    for (uint32_t i = 0; i < call->n; i++) {
-        if (!is_within(call, i, bounds[i])) {
-            return false;
-        }
-    }
-    return true;
-}
-
 static Value run_material(const BuiltinCall *call) {
-    if (!material_is_within(call)) {
-        return value_poison();
-    }
-    static const struct {
-        BuiltinId id;
-        MaterialKind kind;
-    } kinds[] = {{BUILTIN_MATTE, MATERIAL_MATTE},
-                 {BUILTIN_METAL, MATERIAL_METAL},
-                 {BUILTIN_GLOSS, MATERIAL_GLOSS},
-                 {BUILTIN_GLOW, MATERIAL_GLOW}};
-    MaterialValue *material = ARENA_NEW(call->ev->arena, MaterialValue);
-    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
-        material->kind = kinds[i].id == call->id ? kinds[i].kind : material->kind;
-    }
-    for (uint32_t i = 0; i < call->n; i++) {
-        for (uint32_t k = 0; k < call->args[i].n; k++) {
-            material->ref[material->n++] = call->args[i].ref[k];
-        }
-    }
-    return (Value){.type = VALUE_MATERIAL, .material = material};
+    return builtins_material(call);
 }
 
 #define run_later NULL

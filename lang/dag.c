@@ -232,14 +232,27 @@ Ref dag_column(Dag *dag, Ref a, const double *values, uint32_t n) {
         return dag_const(dag, values[0]);
     }
     Ref known = fold_table(dag, OP_TABLE, a, values, n);
-    return known != REF_NONE ? known
-                             : intern(dag, OP_TABLE, a,
-                                      add_table(dag, (ProgramTable){values, n, true, 0}), REF_NONE);
+    return known != REF_NONE
+               ? known
+               : intern(dag, OP_TABLE, a, add_table(dag, (ProgramTable){values, n, true, 0, NULL}),
+                        REF_NONE);
 }
 
 Ref dag_live(Dag *dag, Ref a, const double *values, uint32_t n, uint32_t which) {
-    ProgramTable table = {values, n, true, which + 1};
+    ProgramTable table = {values, n, true, which + 1, NULL};
     return intern(dag, OP_TABLE, a, add_table(dag, table), REF_NONE);
+}
+
+Ref dag_image(Dag *dag, Ref s, Ref t, const ProgramImage *image, uint32_t channel) {
+    uint32_t table = 0;
+    while (table < dag->n_tables &&
+           (dag->tables[table].image != image || dag->tables[table].n != channel)) {
+        table++;
+    }
+    if (table == dag->n_tables) {
+        table = add_table(dag, (ProgramTable){NULL, channel, true, 0, image});
+    }
+    return intern(dag, OP_IMAGE, s, t, table);
 }
 
 Ref dag_table_op(Dag *dag, Op op, Ref a, const double *values, uint32_t n) {
@@ -476,7 +489,7 @@ static bool all_const(const Dag *dag, const Ref *operands, uint32_t n, double va
 }
 
 Ref dag_op(Dag *dag, Op op, Ref a, Ref b, Ref c) {
-    assert(op_operands[op] > 0 && op != OP_SEARCH && op != OP_TABLE);
+    assert(op_operands[op] > 0 && op != OP_SEARCH && op != OP_TABLE && op != OP_IMAGE);
     b = op_operands[op] > 1 ? b : REF_NONE;
     c = op_operands[op] > 2 ? c : REF_NONE;
     Ref operands[3] = {a, b, c};
@@ -501,6 +514,9 @@ Ref dag_op(Dag *dag, Op op, Ref a, Ref b, Ref c) {
 }
 
 Ref dag_rebuild(Dag *dag, const DagNode *node, const Ref operands[3]) {
+    if (node->op == OP_IMAGE) {
+        return intern(dag, OP_IMAGE, operands[0], operands[1], node->c);
+    }
     if (node->op == OP_SEARCH || node->op == OP_TABLE) {
         ProgramTable table = dag->tables[node->b];
         Ref known = table.live ? REF_NONE

@@ -37,6 +37,10 @@ Ref dag_column(Dag *dag, Ref a, const double *values, uint32_t n);
 // A TABLE of n values that change between the runs of a program, the state of a simulation: nothing
 // of it is folded. which: tells it from others in dag_hash.
 Ref dag_live(Dag *dag, Ref a, const double *values, uint32_t n, uint32_t which);
+
+// The channel (0..3: r g b and opacity) of a picture at (s, t). Never folded; the image lasts
+// longer than every program compiled from the graph.
+Ref dag_image(Dag *dag, Ref s, Ref t, const ProgramImage *image, uint32_t channel);
 // SEARCH for pieces that join smoothly: what is built on it does not jump or bend at its steps, so
 // they are no breaks.
 Ref dag_search_unseen(Dag *dag, Ref a, const double *values, uint32_t n);

@@ -142,7 +142,8 @@ static Ref moved(const Rate *r, double step, Op op) {
     Ref a = add(dag, r->a, times_rate(dag, h, r->da));
     Ref b = add(dag, r->b, times_rate(dag, h, r->db));
     Ref c = op_operands[op] > 2 ? add(dag, r->c, times_rate(dag, h, r->dc)) : REF_NONE;
-    return dag_op(dag, op, a, b, c);
+    const DagNode self = dag->nodes[r->self];
+    return dag_rebuild(dag, &self, (Ref[3]){a, b, c});
 }
 
 static Ref rate_opaque(const Rate *r, Op op) {
@@ -199,6 +200,7 @@ static Ref rate_of(const Rate *r, Op op) {
         return select3(dag, a, db, r->dc);
     case OP_HASH:
     case OP_NOISE:
+    case OP_IMAGE:
         return rate_opaque(r, op);
     default: // steps: constant wherever they have a rate
         return dag_const(dag, 0);
@@ -206,7 +208,7 @@ static Ref rate_of(const Rate *r, Op op) {
 }
 
 static bool is_opaque(Op op) {
-    return op == OP_HASH || op == OP_NOISE;
+    return op == OP_HASH || op == OP_NOISE || op == OP_IMAGE;
 }
 
 Ref dag_diff(Dag *dag, Ref ref, Input input, double step, bool *opaque) {

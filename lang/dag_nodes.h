@@ -17,7 +17,8 @@ enum {
 };
 
 // CONST: a and b are the low and high half of the double's bits. INPUT: a is the Input. SEARCH and
-// TABLE: b is the index of the table; c of SEARCH: MARK_UNSEEN, else REF_NONE.
+// TABLE: b is the index of the table; c of SEARCH: MARK_UNSEEN, else REF_NONE. IMAGE: c is the
+// index of the table.
 typedef struct {
     uint8_t op;
     uint8_t facts;   // FACT_ bits
@@ -50,6 +51,14 @@ struct Dag {
     size_t n_table_slots;
     DagWalk *walk;
 };
+
+static inline bool dag_node_has_table(const DagNode *node) {
+    return node->op == OP_SEARCH || node->op == OP_TABLE || node->op == OP_IMAGE;
+}
+
+static inline uint32_t dag_node_table(const DagNode *node) {
+    return node->op == OP_IMAGE ? node->c : node->b;
+}
 
 static inline uint32_t dag_node_operands(const DagNode *node, Ref operands[3]) {
     operands[0] = node->a;

@@ -109,10 +109,6 @@ static double const_value(const Dag *dag, Ref ref) {
     return value;
 }
 
-static bool has_table(const DagNode *node) {
-    return node->op == OP_SEARCH || node->op == OP_TABLE;
-}
-
 // Gives the tables that the walk met numbers of their own. Returns how many there are.
 static uint32_t number_tables(const Dag *dag, uint32_t *number, ProgramTable *tables) {
     const DagWalk *w = dag->walk;
@@ -120,9 +116,9 @@ static uint32_t number_tables(const Dag *dag, uint32_t *number, ProgramTable *ta
     memset(number, 0xff, dag->n_tables * sizeof *number);
     for (uint32_t i = 0; i < w->n_order; i++) {
         const DagNode *node = &dag->nodes[w->order[i]];
-        if (has_table(node) && number[node->b] == REF_NONE) {
-            number[node->b] = n;
-            tables[n++] = dag->tables[node->b];
+        if (dag_node_has_table(node) && number[dag_node_table(node)] == REF_NONE) {
+            number[dag_node_table(node)] = n;
+            tables[n++] = dag->tables[dag_node_table(node)];
         }
     }
     return n;
@@ -141,8 +137,8 @@ static Instr instr_of(const Dag *dag, Ref ref, const uint32_t *number) {
         instr.value = const_value(dag, ref);
     } else if (node->op == OP_INPUT) {
         instr.table = node->a;
-    } else if (has_table(node)) {
-        instr.table = number[node->b];
+    } else if (dag_node_has_table(node)) {
+        instr.table = number[dag_node_table(node)];
     }
     return instr;
 }

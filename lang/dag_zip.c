@@ -59,7 +59,7 @@ static Ref zip_refs(Zip *zip, const Ref *refs, uint32_t depth);
 static Ref zip_operands(Zip *zip, const Ref *refs, uint32_t depth) {
     const DagNode model = zip->dag->nodes[refs[zip->n - 1]]; // the last: the first are often folded
     uint32_t n_operands = op_operands[model.op];
-    bool has_table = model.op == OP_SEARCH || model.op == OP_TABLE;
+    bool has_table = dag_node_has_table(&model);
     Ref *columns[3], made[3] = {model.a, model.b, model.c};
     for (uint32_t k = 0; k < 3; k++) {
         columns[k] = ARENA_ARRAY(&zip->scratch, zip->n, Ref);
@@ -67,8 +67,9 @@ static Ref zip_operands(Zip *zip, const Ref *refs, uint32_t depth) {
     for (uint32_t i = 0; i < zip->n; i++) {
         const DagNode node = zip->dag->nodes[refs[i]];
         Ref operands[3] = {node.a, node.b, node.c};
-        bool is_alike =
-            node.op == model.op && (!has_table || (node.b == model.b && node.c == model.c));
+        bool is_alike = node.op == model.op &&
+                        (!has_table || (dag_node_table(&node) == dag_node_table(&model) &&
+                                        (model.op == OP_IMAGE || node.c == model.c)));
         if (n_operands == 0 || (!is_alike && !adapt(zip, &model, refs[i], operands))) {
             return REF_NONE;
         }

@@ -56,6 +56,12 @@ Place place_within(Eval *ev, const Place *place, const Object *object) {
     }
     within.material = innermost(place->material, object, PROPERTY_OBJECT_MATERIAL, PROPERTY_COUNT);
     within.bake = innermost(place->bake, object, PROPERTY_OBJECT_BAKE, PROPERTY_COUNT);
+    static const PropertyId seen[RAY_KINDS] = {PROPERTY_OBJECT_SEEN, PROPERTY_OBJECT_SHADOW,
+                                               PROPERTY_OBJECT_REFLECTION};
+    for (int k = 0; k < RAY_KINDS; k++) {
+        within.seen[k] = innermost(place->seen[k], object, seen[k], PROPERTY_COUNT);
+    }
+    within.catcher = innermost(place->catcher, object, PROPERTY_OBJECT_CATCHER, PROPERTY_COUNT);
     within.smooth = innermost(place->smooth, object, PROPERTY_INHERITED_SMOOTH,
                               is_surface ? PROPERTY_SURFACE_SMOOTH
                               : is_mesh  ? PROPERTY_MESH_SMOOTH

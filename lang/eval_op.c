@@ -184,6 +184,17 @@ static Value eval_modulo(Eval *ev, const Env *env, NodeId node, const Value *a, 
 
 // ---- Comparison
 
+static Ref equal_materials(Eval *ev, const MaterialValue *a, const MaterialValue *b) {
+    Ref truth = dag_const(ev->dag, a->kind == b->kind);
+    for (uint32_t i = 0; i < a->n && a->kind == b->kind; i++) {
+        truth = op2(ev, OP_AND, truth, op2(ev, OP_EQ, a->ref[i], b->ref[i]));
+    }
+    for (int k = 0; k < 2 && a->kind == MATERIAL_MIX && b->kind == MATERIAL_MIX; k++) {
+        truth = op2(ev, OP_AND, truth, equal_materials(ev, a->parts[k], b->parts[k]));
+    }
+    return truth;
+}
+
 Ref eval_equal(Eval *ev, const Value *a, const Value *b) {
     Ref truth = dag_const(ev->dag, 1);
     if (value_is_numeric(a) && value_is_numeric(b)) {
@@ -221,14 +232,7 @@ Ref eval_equal(Eval *ev, const Value *a, const Value *b) {
         }
         return op2(ev, OP_AND, truth, op2(ev, OP_EQ, a->range->step, b->range->step));
     case VALUE_MATERIAL:
-        if (a->material->kind != b->material->kind) {
-            return dag_const(ev->dag, 0);
-        }
-        for (uint32_t i = 0; i < a->material->n; i++) {
-            truth =
-                op2(ev, OP_AND, truth, op2(ev, OP_EQ, a->material->ref[i], b->material->ref[i]));
-        }
-        return truth;
+        return equal_materials(ev, a->material, b->material);
     case VALUE_FUNCTION:
         return dag_const(ev->dag, a->closure->node == b->closure->node &&
                                       a->closure->scope == b->closure->scope &&
@@ -313,14 +317,22 @@ Value eval_binary(Eval *ev, const Env *env, NodeId node, Operator op, Value a, V
     }
 }
 
-static Value select_material(Eval *ev, Ref condition, const Value *a, const Value *b) {
+static bool is_alike(const MaterialValue *a, const MaterialValue *b) {
+    return a->kind == b->kind && (a->kind != MATERIAL_MIX || (is_alike(a->parts[0], b->parts[0]) &&
+                                                              is_alike(a->parts[1], b->parts[1])));
+}
+
+static const MaterialValue *select_material(Eval *ev, Ref condition, const MaterialValue *a,
+                                            const MaterialValue *b) {
     MaterialValue *material = ARENA_NEW(ev->arena, MaterialValue);
-    *material = *a->material;
+    *material = *a;
     for (uint32_t i = 0; i < material->n; i++) {
-        material->ref[i] =
-            dag_op(ev->dag, OP_SELECT, condition, a->material->ref[i], b->material->ref[i]);
+        material->ref[i] = dag_op(ev->dag, OP_SELECT, condition, a->ref[i], b->ref[i]);
     }
-    return (Value){.type = VALUE_MATERIAL, .material = material};
+    for (int k = 0; k < 2 && a->kind == MATERIAL_MIX; k++) {
+        material->parts[k] = select_material(ev, condition, a->parts[k], b->parts[k]);
+    }
+    return material;
 }
 
 Value eval_select(Eval *ev, const Env *env, NodeId node, Ref condition, Value a, Value b) {
@@ -328,16 +340,18 @@ Value eval_select(Eval *ev, const Env *env, NodeId node, Ref condition, Value a,
         return value_poison();
     }
     if (value_is(&a, VALUE_MATERIAL) && value_is(&b, VALUE_MATERIAL) &&
-        a.material->kind == b.material->kind) {
-        return select_material(ev, condition, &a, &b);
+        is_alike(a.material, b.material)) {
+        return (Value){.type = VALUE_MATERIAL,
+                       .material = select_material(ev, condition, a.material, b.material)};
     }
-    bool is_alike = a.type == b.type || (is_vector(&a) && is_vector(&b));
-    if (!value_is_numeric(&a) || !is_alike || a.n != b.n) {
+    bool is_one_type = a.type == b.type || (is_vector(&a) && is_vector(&b));
+    if (!value_is_numeric(&a) || !is_one_type || a.n != b.n) {
         double truth; // a choice between things: it must be known
         if (eval_known(ev, condition, &truth) == KNOWN_LATER) {
             return value_poison();
         }
-        return eval_error(ev, env, node, is_alike ? NULL : "both sides of ':' must be of one type",
+        return eval_error(ev, env, node,
+                          is_one_type ? NULL : "both sides of ':' must be of one type",
                           "%s : %s: a choice that is made while time passes is between numbers, "
                           "vectors, transforms, or materials of one kind",
                           value_describe(ev->arena, &a), value_describe(ev->arena, &b));

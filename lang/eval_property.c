@@ -224,13 +224,20 @@ static bool check_range(Eval *ev, const Env *env, NodeId node, const PropertyInf
     return true;
 }
 
+static bool check_parts(Eval *ev, const Env *env, NodeId node, const PropertyInfo *info,
+                        const MaterialValue *material) {
+    return check_scalars(ev, env, node, info, material->ref, material->n, SHADING_INPUTS) &&
+           (material->kind != MATERIAL_MIX ||
+            (check_parts(ev, env, node, info, material->parts[0]) &&
+             check_parts(ev, env, node, info, material->parts[1])));
+}
+
 static bool check_material(Eval *ev, const Env *env, NodeId node, const PropertyInfo *info,
                            const Value *value) {
     if (!value_is(value, VALUE_MATERIAL)) {
         return wrong_type(ev, env, node, info, value);
     }
-    const MaterialValue *material = value->material;
-    return check_scalars(ev, env, node, info, material->ref, material->n, SHADING_INPUTS);
+    return check_parts(ev, env, node, info, value->material);
 }
 
 // Every parameter without a default must be one that the property's function is given.

@@ -35,6 +35,7 @@ struct Loader {
     Included *included;
     ReadMesh *meshes;
     Table *tables;
+    Picture *pictures;
     const char **files;
     const char *library; // the folder of the standard library; NULL: there is none
     size_t n_included, included_capacity, n_meshes, meshes_capacity, n_files, files_capacity;
@@ -448,6 +449,10 @@ const char *loader_text(Eval *ev, const Env *env, NodeId node, const Value *name
     copy = ARENA_ARRAY(ev->arena, *size + 1, char);
     memcpy(copy, text, *size);
     return copy;
+}
+
+Picture **loader_pictures(Eval *ev) {
+    return &ev->loader->pictures;
 }
 
 Table **loader_tables(Eval *ev) {

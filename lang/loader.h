@@ -62,6 +62,10 @@ typedef struct Table {
 // The same file is read once; NULL: reported.
 const Table *loader_table(Eval *ev, const Env *env, NodeId node, const Value *name);
 
+// A picture to look up, opened once; is_raw: its numbers are taken as they are. NULL: reported.
+const ProgramImage *loader_picture(Eval *ev, const Env *env, NodeId node, const Value *name,
+                                   bool is_raw);
+
 // More that the scene was made from.
 void loader_hash_add(Eval *ev, const void *bytes, size_t n);
 

@@ -28,6 +28,18 @@ Listing loader_may_list(Eval *ev, const Env *env, NodeId node, const Value *name
 // The nearest name of a file in those folders; NULL: none is near enough.
 const char *loader_near_file(Eval *ev, const Env *env, const Value *name);
 
+// A file that stands for a picture; image NULL: it can not be read, which was reported.
+typedef struct Picture {
+    struct Picture *next;
+    const Module *module; // the file's name counts from there
+    Symbol name;
+    bool is_raw;
+    const ProgramImage *image;
+} Picture;
+
+// The pictures opened so far.
+Picture **loader_pictures(Eval *ev);
+
 // The tables read so far.
 Table **loader_tables(Eval *ev);
 

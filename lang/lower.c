@@ -149,11 +149,19 @@ const Program *lower_breaks(Eval *ev, const Ref *refs, uint32_t n) {
 // ---- Materials
 
 static bool same_material(const MaterialValue *a, const MaterialValue *b) {
-    return a->kind == b->kind && a->n == b->n && memcmp(a->ref, b->ref, a->n * sizeof *a->ref) == 0;
+    return a == b || (a->kind == b->kind && a->n == b->n &&
+                      memcmp(a->ref, b->ref, a->n * sizeof *a->ref) == 0 &&
+                      (a->kind != MATERIAL_MIX || (same_material(a->parts[0], b->parts[0]) &&
+                                                   same_material(a->parts[1], b->parts[1]))));
 }
 
 static uint64_t hash_material(const MaterialValue *material) {
-    return hash_refs(material->ref, material->n) + (uint64_t)material->kind * 0x9e3779b97f4a7c15;
+    uint64_t hash =
+        hash_refs(material->ref, material->n) + (uint64_t)material->kind * 0x9e3779b97f4a7c15;
+    for (int k = 0; k < 2 && material->kind == MATERIAL_MIX; k++) {
+        hash = (hash ^ hash_material(material->parts[k])) * 0xff51afd7ed558ccd;
+    }
+    return hash;
 }
 
 static uint32_t *material_slot(Lowering *l, const MaterialValue *material) {
@@ -173,23 +181,59 @@ static void grow_materials(Lowering *l) {
     }
 }
 
+// White edges of metals are left out.
+static const Program *lower_outputs(Eval *ev, const MaterialValue *material) {
+    const Ref *own = material->ref + MATERIAL_OWN;
+    uint32_t n = material->n - MATERIAL_OWN;
+    if (material->kind == MATERIAL_METAL) {
+        Ref one = dag_const(ev->dag, 1);
+        n = own[4] == one && own[5] == one && own[6] == one ? 4 : 7;
+    }
+    return lower_program(ev, own, n);
+}
+
+// NULL where it is this number everywhere.
+static const Program *lower_unless(Eval *ev, Ref ref, double number) {
+    double x;
+    return dag_is_const(ev->dag, ref, &x) && x == number ? NULL : lower_program(ev, &ref, 1);
+}
+
+// NULL: straight up.
+static const Program *lower_normal(Eval *ev, const Ref *rgb) {
+    Ref half = dag_const(ev->dag, 0.5), one = dag_const(ev->dag, 1);
+    return rgb[0] == half && rgb[1] == half && rgb[2] == one ? NULL : lower_program(ev, rgb, 3);
+}
+
+static Material make_material(Eval *ev, const MaterialValue *material, SourceRef where) {
+    Material made = {.kind = material->kind, .where = where};
+    for (int k = 0; k < 2 && material->kind == MATERIAL_MIX; k++) {
+        made.parts[k] = lower_material(ev, material->parts[k], where);
+    }
+    made.program = lower_outputs(ev, material);
+    made.opacity = lower_unless(ev, material->ref[MATERIAL_OPACITY], 1);
+    made.height = lower_unless(ev, material->ref[MATERIAL_BUMP], 0);
+    made.normal = lower_normal(ev, material->ref + MATERIAL_NORMAL_X);
+    return made;
+}
+
 uint32_t lower_material(Eval *ev, const MaterialValue *material, SourceRef where) {
     Lowering *l = ev->lowering;
+    uint32_t *known = l->n_material_slots ? material_slot(l, material) : NULL;
+    if (known && *known) {
+        return *known - 1;
+    }
+    Material made = make_material(ev, material, where); // its parts come first
     if (2 * (size_t)l->n_materials >= l->n_material_slots) {
         grow_materials(l);
     }
-    uint32_t *slot = material_slot(l, material);
-    if (!*slot) {
-        l->materials = arena_grow(l->arena, l->materials, l->n_materials, &l->materials_capacity,
-                                  sizeof *l->materials);
-        l->material_values = arena_grow(l->scratch, l->material_values, l->n_materials,
-                                        &l->values_capacity, sizeof *l->material_values);
-        l->materials[l->n_materials] =
-            (Material){material->kind, lower_program(ev, material->ref, material->n), where};
-        l->material_values[l->n_materials] = material;
-        *slot = ++l->n_materials;
-    }
-    return *slot - 1;
+    l->materials =
+        arena_grow(l->arena, l->materials, l->n_materials, &l->materials_capacity, sizeof made);
+    l->material_values = arena_grow(l->scratch, l->material_values, l->n_materials,
+                                    &l->values_capacity, sizeof *l->material_values);
+    l->materials[l->n_materials] = made;
+    l->material_values[l->n_materials] = material;
+    *material_slot(l, material) = ++l->n_materials;
+    return l->n_materials - 1;
 }
 
 // ---- Loops
@@ -346,15 +390,24 @@ void lowering_override(Eval *ev, const Overrides *overrides) {
 
 // ---- The end
 
-// Materials of objects that a batched loop gave up are left out.
+// Materials of objects that a batched loop gave up are left out. Parts stand before their mixes.
 static void keep_used_materials(Lowering *l) {
     uint32_t *index = ARENA_ARRAY(l->scratch, l->n_materials, uint32_t), n = 0;
     for (uint32_t i = 0; i < l->n_shapes; i++) {
         index[l->shapes[i].material] = 1;
     }
+    for (uint32_t i = l->n_materials; i-- > 0;) {
+        for (int k = 0; k < 2 && index[i] && l->materials[i].kind == MATERIAL_MIX; k++) {
+            index[l->materials[i].parts[k]] = 1;
+        }
+    }
     for (uint32_t i = 0; i < l->n_materials; i++) {
         if (index[i]) {
-            l->materials[n] = l->materials[i];
+            Material *material = &l->materials[n];
+            *material = l->materials[i];
+            for (int k = 0; k < 2 && material->kind == MATERIAL_MIX; k++) {
+                material->parts[k] = index[material->parts[k]];
+            }
             index[i] = n++;
         }
     }

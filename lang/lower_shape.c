@@ -187,14 +187,25 @@ static Ref at_start(Eval *ev, Ref ref) {
     return dag_substitute(ev->dag, dag_substitute(ev->dag, ref, IN_T, start), IN_FILM_T, start);
 }
 
+static const Input rest_inputs[6] = {IN_PX, IN_PY, IN_PZ, IN_NX, IN_NY, IN_NZ};
+
+typedef struct {
+    Eval *ev;
+    Ref with[6]; // in place of rest_inputs
+} Resting;
+
+static Ref change_resting(void *context, Ref ref) {
+    const Resting *resting = context;
+    return dag_substitute_all(resting->ev->dag, ref, rest_inputs, resting->with, 6);
+}
+
 // p and n in a material are the rest position and normal in the shape's own block: where the mesh
 // has a map of its own, that is where this puts them at t = 0.
-static MaterialValue *at_own_size(Eval *ev, const MaterialValue *material, const Form *form) {
-    static const Input inputs[6] = {IN_PX, IN_PY, IN_PZ, IN_NX, IN_NY, IN_NZ};
+static const MaterialValue *at_own_size(Eval *ev, const MaterialValue *material, const Form *form) {
     Ref in[6], rest[3];
     RefMap own;
     for (int k = 0; k < 6; k++) {
-        in[k] = dag_input(ev->dag, inputs[k]);
+        in[k] = dag_input(ev->dag, rest_inputs[k]);
     }
     for (int k = 0; k < 12; k++) {
         own.m[k / 4][k % 4] = at_start(ev, form->own.m[k / 4][k % 4]);
@@ -205,20 +216,21 @@ static MaterialValue *at_own_size(Eval *ev, const MaterialValue *material, const
     Ref3 p = spatial_map_point(ev->dag, &own, ref3(rest[0], rest[1], rest[2]));
     Ref3 n =
         spatial_normalize(ev->dag, spatial_map_normal(ev->dag, &own, ref3(in[3], in[4], in[5])));
-    const Ref with[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
-    MaterialValue *mapped = ARENA_NEW(ev->arena, MaterialValue);
-    *mapped = *material;
-    for (uint32_t i = 0; i < mapped->n; i++) {
-        mapped->ref[i] = dag_substitute_all(ev->dag, mapped->ref[i], inputs, with, 6);
-    }
-    return mapped;
+    Resting resting = {ev, {p.x, p.y, p.z, n.x, n.y, n.z}};
+    return material_change(ev->arena, material, change_resting, &resting);
 }
 
-// The material with the points' own colors in place of its own.
-static MaterialValue *colored(Eval *ev, const MaterialValue *material, const Ref color[3]) {
+// The material with the points' own colors in place of its own; of a mix, of all its parts.
+static const MaterialValue *colored(Eval *ev, const MaterialValue *material, const Ref rgb[3]) {
     MaterialValue *own = ARENA_NEW(ev->arena, MaterialValue);
     *own = *material;
-    memcpy(own->ref, color, 3 * sizeof *color);
+    if (own->kind != MATERIAL_MIX) {
+        memcpy(own->ref + MATERIAL_OWN, rgb, 3 * sizeof *rgb);
+        return own;
+    }
+    for (int k = 0; k < 2; k++) {
+        own->parts[k] = colored(ev, own->parts[k], rgb);
+    }
     return own;
 }
 
@@ -277,6 +289,14 @@ static double shape_smooth(Eval *ev, const Place *place, const Form *form) {
                : inherited(ev, form->is_solid ? NULL : place->smooth, PROPERTY_INHERITED_SMOOTH);
 }
 
+// NULL: always.
+static const Program *seen_by(Eval *ev, const Given *given) {
+    double x;
+    bool is_given = given && value_is(&given->value, VALUE_BOOL);
+    bool is_always = !is_given || (dag_is_const(ev->dag, given->value.ref[0], &x) && x != 0);
+    return is_always ? NULL : lower_program(ev, given->value.ref, 1);
+}
+
 static void emit_shape(Eval *ev, const Object *object, const Place *place, const char *label,
                        const Form *form) {
     RefMap map;
@@ -293,6 +313,10 @@ static void emit_shape(Eval *ev, const Object *object, const Place *place, const
     shape->geometry = form->n_geometry ? lower_program(ev, form->geometry, form->n_geometry) : NULL;
     shape->transform = is_moved ? lower_program(ev, &map.m[0][0], 12) : NULL;
     shape->visible = lower_visible(ev, place);
+    for (int k = 0; k < RAY_KINDS; k++) {
+        shape->seen[k] = seen_by(ev, place->seen[k]);
+    }
+    shape->is_catcher = inherited(ev, place->catcher, PROPERTY_OBJECT_CATCHER) != 0;
     shape->breaks = shape_breaks(ev, form, is_moved ? &map : NULL);
     shape->tolerance = inherited(ev, place->tolerance, PROPERTY_INHERITED_TOLERANCE);
     shape->smooth = shape_smooth(ev, place, form);

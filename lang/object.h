@@ -22,7 +22,8 @@ typedef struct {
     RefMap map;                                                  // to the world
     Ref visible;                                                 // of all blocks together
     const Given *material, *bake, *smooth, *tolerance, *samples; // NULL: nobody says
-    const char *path;                                            // of the labels around: "", "Car/"
+    const Given *seen[RAY_KINDS], *catcher;
+    const char *path;   // of the labels around: "", "Car/"
     const char *suffix; // "[2]" within loops that are walked value by value, else ""
     // What is added to the label of each copy of a shape, where that is not the copy's index: as
     // Ball[12], or joined as Ball12.

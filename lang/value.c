@@ -70,7 +70,7 @@ uint32_t value_inputs(const Dag *dag, const Value *value) {
     uint32_t inputs = 0;
     switch (value->type) {
     case VALUE_MATERIAL:
-        return refs_inputs(dag, value->material->ref, value->material->n);
+        return material_inputs(dag, value->material);
     case VALUE_LIST:
         return value->list->inputs;
     case VALUE_RANGE:

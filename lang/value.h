@@ -5,10 +5,10 @@
 #define LANG_VALUE_H
 
 #include "lang/dag.h"
+#include "lang/material_value.h"
 #include "lang/spatial.h"
 #include "lang/syntax.h"
 #include "lang/units.h"
-#include "render/scene.h"
 
 // TYPE(id, name, with article)
 #define VALUE_TYPES(TYPE)                                                                          \
@@ -49,12 +49,6 @@ typedef struct {
     Ref low, high, step; // REF_NONE: no step was written
     bool is_angle;
 } Range;
-
-typedef struct {
-    MaterialKind kind;
-    uint32_t n;
-    Ref ref[6]; // the outputs that render/scene.h names
-} MaterialValue;
 
 // Scalars are in SI units, angles in radians. A unit written on a number stays with it as a
 // *dimension* while it is certain (sums, differences, signs), so that `radius = 5s` can be refused;

@@ -305,12 +305,22 @@ static void list_nodes(void) {
     puts(".El");
 }
 
+// mdoc takes a comma for the end of a parameter, unless it is written by its number.
+static void print_parameter(const char *text, size_t n) {
+    fputs(" \"", stdout);
+    for (size_t i = 0; i < n; i++) {
+        fputs(text[i] == ',' ? "\\N'44'" : (char[]){text[i], 0}, stdout);
+    }
+    putchar('"');
+}
+
 static void print_function(const char *name, const char *params, const char *result,
                            const char *help) {
     printf(".It Fn %s", name);
     for (const char *c = params; *c;) { // .Fn name "a number" "b number = 1"
-        size_t n = strcspn(c, ",");
-        printf(" \"%.*s\"", (int)n, c);
+        size_t n = strcspn(c, ",<");
+        n += c[n] == '<' ? strcspn(c + n, ">") + 1 : 0; // a default with commas in it
+        print_parameter(c, n);
         c += n + (c[n] ? 2 : 0);
     }
     char what[400];
@@ -327,8 +337,8 @@ static void list_functions(void) {
     }
 #include "lang/builtins.def"
 #undef FUNCTION
-    puts(".El\n.Pp\nNot supported yet:");
-    const char *before = ".Fn ";
+    puts(".El");
+    const char *before = ".Pp\nNot supported yet:\n.Fn ";
 #define FUNCTION(id, name, params, result, run, op, help)                                          \
     if (strcmp(#run, "later") == 0) {                                                              \
         printf("%s%s", before, name);                                                              \
@@ -336,7 +346,7 @@ static void list_functions(void) {
     }
 #include "lang/builtins.def"
 #undef FUNCTION
-    puts(" .");
+    fputs(*before == ' ' ? " .\n" : "", stdout);
 }
 
 static void print_word(const char *name, unsigned n_arguments, const char *help) {

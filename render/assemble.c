@@ -323,10 +323,11 @@ static void add_all_standing(Work *w) {
     }
 }
 
-// A blinking shape is not part of the common tree: it must come and go.
+// A blinking shape is not part of the common tree: it must come and go. Nor is one that some rays
+// pass through.
 static bool is_baked(const Work *w, const Shape *shape) {
     return shape->kind == SHAPE_MESH && (shape->bake || w->options->bake) &&
-           !program_reads_time(shape->visible);
+           !program_reads_time(shape->visible) && !shape_is_selective(shape);
 }
 
 static void bake_instance(Work *w, const Shape *shape, uint32_t instance, uint32_t object,
@@ -344,7 +345,8 @@ static void bake_instance(Work *w, const Shape *shape, uint32_t instance, uint32
 static void add_instances(Work *w, const Shape *shape, uint32_t base) {
     const Program *points = shape->kind == SHAPE_MESH ? shape->vertex : shape->geometry;
     bool is_own = program_reads_loops(points), bakes = is_baked(w, shape);
-    bool stands = shape_stands(shape) && !program_reads_time(shape->geometry);
+    bool stands =
+        shape_stands(shape) && !program_reads_time(shape->geometry) && !shape_is_selective(shape);
     Smoothing smoothing =
         bakes ? smoothing_new(w->arena, shape->mesh, shape->smooth, true) : (Smoothing){0};
     Form *form = NULL;
@@ -366,6 +368,15 @@ static void add_instances(Work *w, const Shape *shape, uint32_t base) {
     }
 }
 
+// Whether rays meet some of its instances and not others.
+static bool differs_in_sight(const Shape *shape) {
+    bool differs = false;
+    for (int k = 0; k < RAY_KINDS; k++) {
+        differs |= shape->seen[k] && program_reads_loops(shape->seen[k]);
+    }
+    return differs;
+}
+
 static void add_shape(Work *w, const Shape *shape, uint32_t base) {
     if (shape->kind == SHAPE_MESH) {
         report_degenerate(w->reporter, shape);
@@ -373,9 +384,9 @@ static void add_shape(Work *w, const Shape *shape, uint32_t base) {
             return;
         }
     }
-    bool is_set =
-        shape_stands(shape) && (shape->n_instances >= MANY ||
-                                (shape->n_instances > 1 && program_reads_time(shape->geometry)));
+    bool is_set = shape_stands(shape) && !differs_in_sight(shape) &&
+                  (shape->n_instances >= MANY ||
+                   (shape->n_instances > 1 && program_reads_time(shape->geometry)));
     if (is_set) {
         add_sphere_set(w, shape, base);
     } else {

@@ -20,15 +20,19 @@ static uint32_t n_prims(const Body *body) {
     return body->form ? body->form->n_prims : 0;
 }
 
+static bool shape_glows(const Shape *shape, const bool *glows) {
+    return glows[shape->material] && !shape->is_catcher;
+}
+
 // Whether any of a body's primitives may glow.
 static bool body_glows(const Body *body, const bool *glows) {
     if (body->shape) {
-        return glows[body->shape->material];
+        return shape_glows(body->shape, glows);
     }
     for (uint32_t i = 0; i < body->many->n; i++) {
         const Shape *shape =
             body->many->spheres ? body->many->spheres[i].shape : body->many->parts[i].shape;
-        if (glows[shape->material]) {
+        if (shape_glows(shape, glows)) {
             return true;
         }
     }
@@ -49,7 +53,7 @@ EmitterSet emitters_find(Arena *arena, const World *world, const bool *glows) {
     for (uint32_t b = 0; b < parts->n_bodies; b++) {
         const Body *body = &parts->bodies[b];
         for (uint32_t i = 0; first[b] != NONE && i < n_prims(body); i++) {
-            bool is_one = glows[shape_of(body, i)->material];
+            bool is_one = shape_glows(shape_of(body, i), glows);
             index[first[b] + i] = is_one ? set.n : NONE;
             if (is_one) {
                 list[set.n++] = (Emitter){b, i};
@@ -104,7 +108,7 @@ static double similarity(const Affine *a) {
 static bool place(WorldView *view, const Emitter *emitter, Placed *p) {
     p->body = &view->world->parts.bodies[emitter->body];
     p->at = view_body(view, p->body);
-    if (!p->at->place->is_present) {
+    if (!p->at->place->is_present || (p->at->unseen >> RAY_BOUNCE & 1)) {
         return false;
     }
     p->is_triangle = p->body->form->kind == GEOMETRY_TRIANGLES;
@@ -178,6 +182,15 @@ static double ellipsoid_density(const Placed *p, Vec3 n, Vec3 dir, double distan
     return cosine > 0 && area > 0 ? distance * distance / (cosine * area) : 0;
 }
 
+// Whether a point with that normal is on the far half of a sphere that is seen from outside: it
+// hides behind the near one.
+static bool is_behind(const Placed *p, Vec3 from, Vec3 n, Vec3 dir) {
+    const Placement *place = p->at->place;
+    Vec3 local = vec3_sub(placement_point_back(place, from), p->center);
+    bool is_outside = vec3_dot(local, local) > p->radius * p->radius;
+    return is_outside && vec3_dot(affine_normal(&place->inverse, n), dir) > 0;
+}
+
 static bool sample_ellipsoid(const Placed *p, const Emitter *emitter, Vec3 from, double u, double v,
                              EmitterSample *sample) {
     Vec3 n = sampling_cone(2, u, v);
@@ -187,12 +200,7 @@ static bool sample_ellipsoid(const Placed *p, const Emitter *emitter, Vec3 from,
     sample->dir = vec3_scale(towards, 1 / sample->distance);
     sample->density = ellipsoid_density(p, n, sample->dir, sample->distance);
     sample->hit = hit_of(p->body, emitter, 0, 0, sample->distance);
-    // From outside its far half hides behind the near one.
-    const Placement *place = p->at->place;
-    Vec3 local = vec3_sub(placement_point_back(place, from), p->center);
-    bool is_outside = vec3_dot(local, local) > p->radius * p->radius;
-    bool is_far = vec3_dot(affine_normal(&place->inverse, n), sample->dir) > 0;
-    return sample->distance > 0 && !(is_outside && is_far);
+    return sample->distance > 0 && !is_behind(p, from, n, sample->dir);
 }
 
 static bool sample_sphere(const Placed *p, const Emitter *emitter, Vec3 from, double u, double v,
@@ -228,21 +236,22 @@ bool emitter_sample(WorldView *view, const Emitter *emitter, Vec3 from, double u
 }
 
 double emitter_density(WorldView *view, const Emitter *emitter, Vec3 from, Vec3 dir,
-                       const WorldHit *hit) {
+                       double distance) {
     Placed p;
     Vec3 towards;
+    double density;
     if (!place(view, emitter, &p)) {
         return 0;
     }
-    double density;
     if (p.is_triangle) {
-        density = triangle_density(&p, dir, hit->t);
+        density = triangle_density(&p, dir, distance);
     } else {
         double spread = spread_of(&p, from, &towards);
-        Vec3 at = placement_point_back(p.at->place, vec3_madd(from, hit->t, dir));
-        density = spread > 0
-                      ? 1 / (2 * SAMPLING_PI * spread)
-                      : ellipsoid_density(&p, vec3_normalize(vec3_sub(at, p.center)), dir, hit->t);
+        Vec3 at = placement_point_back(p.at->place, vec3_madd(from, distance, dir));
+        Vec3 n = vec3_normalize(vec3_sub(at, p.center));
+        density = is_behind(&p, from, n, dir) ? 0
+                  : spread > 0                ? 1 / (2 * SAMPLING_PI * spread)
+                                              : ellipsoid_density(&p, n, dir, distance);
     }
     return isfinite(density) ? density : 0;
 }

@@ -5,8 +5,9 @@
 // A sphere that is seen from outside is drawn by the solid angle that it fills; from inside, and
 // where a transform makes it an ellipsoid, evenly over the sphere that it was; a triangle evenly
 // over its area. The densities are those of the very geometry that rays meet at that instant, so
-// what is estimated does not depend on how emitters are chosen. Planes that glow have no end: they
-// are found by rays alone.
+// what is estimated does not depend on how emitters are chosen. What bounces do not meet is not
+// there; the far side of a sphere with holes is not drawn from outside. Planes that
+// glow have no end: they are found by rays alone.
 #ifndef RENDER_EMITTER_H
 #define RENDER_EMITTER_H
 
@@ -25,7 +26,7 @@ typedef struct {
     const uint32_t *index; // of a primitive in list; UINT32_MAX: it does not glow
 } EmitterSet;
 
-// glows[n_materials]. All that may be there at some instant.
+// glows[n_materials]. All that may be there at some instant; catchers never are.
 EmitterSet emitters_find(Arena *arena, const World *world, const bool *glows);
 
 // Which emitter was hit; UINT32_MAX: none.
@@ -42,9 +43,9 @@ typedef struct {
 // At the view's instant; u, v in [0, 1). False: it is not there, or can not be seen from there.
 bool emitter_sample(WorldView *view, const Emitter *emitter, Vec3 from, double u, double v,
                     EmitterSample *sample);
-// The density of emitter_sample for a hit along dir (unit) from there.
+// The density of emitter_sample for a hit along dir (unit) from there, so many metres away.
 double emitter_density(WorldView *view, const Emitter *emitter, Vec3 from, Vec3 dir,
-                       const WorldHit *hit);
+                       double distance);
 
 // What bounds it at the view's instant, power being its area; a point of it, the k-th of
 // EMITTER_POINTS, for asking how it glows there. False: it is not there.

@@ -11,6 +11,7 @@
 #include "render/interrupt.h"
 #include "render/output.h"
 #include "render/survey.h"
+#include "render/texture.h"
 #include "render/tiles.h"
 
 enum { STATUS_FINE = 0, STATUS_SCENE = 1, STATUS_FILES = 3, STATUS_INTERRUPTED = 130 };
@@ -328,6 +329,8 @@ int render_frames(const Scene *scene, const RenderOptions *options, const Report
     if (!output_check(options, reporter)) {
         return STATUS_FILES;
     }
+    // A quarter for pictures; vertex arrays and trees take what they need.
+    texture_set_memory((options->memory ? options->memory : (size_t)4 << 30) / 4);
     Run run = {.options = options, .reporter = reporter, .stats = stats, .scene = *scene};
     interrupt_begin();
     int status = render_blocks(&run);

@@ -5,6 +5,8 @@
 #ifndef RENDER_GGX_H
 #define RENDER_GGX_H
 
+#include <stdbool.h>
+
 #include "render/sampling.h"
 
 static inline double ggx_d(Vec3 h, double alpha) {
@@ -37,8 +39,25 @@ static inline Vec3 ggx_sample(Vec3 wo, double alpha, double u, double v) {
     return vec3_normalize(vec3(h.x * alpha, h.y * alpha, h.z > 0 ? h.z : 0));
 }
 
+// Schlick's s = (1 - cos)^5.
+static inline double ggx_schlick(double cosine) {
+    double m = cosine < 1 ? 1 - cosine : 0, m2 = m * m;
+    return m2 * m2 * m;
+}
+
 static inline Vec3 ggx_reflect(Vec3 wo, Vec3 h) {
     return vec3_sub(vec3_scale(h, 2 * vec3_dot(wo, h)), wo);
+}
+
+// Where light comes from that a facet refracts towards wo. eta: index of refraction beyond the
+// surface over that on wo's side; wo.h >= 0. False: it is reflected totally.
+static inline bool ggx_refract(Vec3 wo, Vec3 h, double eta, Vec3 *wi) {
+    double c = vec3_dot(wo, h), cos2 = 1 - (1 - c * c) / (eta * eta);
+    if (!(cos2 > 0)) {
+        return false;
+    }
+    *wi = vec3_normalize(vec3_madd(vec3_scale(wo, -1 / eta), c / eta - sqrt(cos2), h));
+    return true;
 }
 
 #endif

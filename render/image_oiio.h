@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 typedef struct ImageOiioFile ImageOiioFile;
+typedef struct ImageOiioTexture ImageOiioTexture;
 
 typedef struct {
     uint32_t width, height, n_channels;
@@ -31,6 +32,14 @@ typedef struct {
     // values: [height][width][n_channels]; integers come as 0..1.
     bool (*read)(ImageOiioFile *file, float *values, char *message, size_t n);
     void (*close)(ImageOiioFile *file);
+
+    // The texture system is made by the first of these; NULL with a message on failure. The same
+    // file gives the same texture, which is never closed.
+    ImageOiioTexture *(*open_texture)(const char *path, bool is_raw, char *message, size_t n);
+    // at: s t, t upwards, then how both change along the sides of what is looked at: ds dt, ds dt.
+    // From any thread. What can not be read is black.
+    void (*look_up)(ImageOiioTexture *texture, const float at[6], float rgba[4]);
+    void (*set_texture_memory)(size_t bytes); // nothing where there is no texture system
 } ImageOiio;
 
 #ifdef __cplusplus

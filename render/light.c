@@ -354,14 +354,15 @@ bool light_sample(const LightAt *light, Vec3 from, double u, double v, LightSamp
     return false;
 }
 
-static bool hit_sun(const LightAt *light, Vec3 dir, double tmax, double *density) {
+static bool hit_sun(const LightAt *light, Vec3 dir, double tmax, LightHit *hit) {
     // |a - b|^2 = 2 (1 - cos): exact for the smallest discs.
     Vec3 apart = vec3_sub(dir, light->at);
-    *density = 1 / (2 * SAMPLING_PI * light->spread);
+    hit->distance = INFINITY;
+    hit->density = 1 / (2 * SAMPLING_PI * light->spread);
     return tmax == INFINITY && vec3_dot(apart, apart) <= 2 * light->spread;
 }
 
-static bool hit_lamp(const LightAt *light, Vec3 from, Vec3 dir, double tmax, double *density) {
+static bool hit_lamp(const LightAt *light, Vec3 from, Vec3 dir, double tmax, LightHit *hit) {
     Vec3 towards = vec3_sub(light->at, from);
     double d2 = vec3_dot(towards, towards), r2 = light->radius * light->radius;
     double along = vec3_dot(towards, dir);
@@ -370,11 +371,12 @@ static bool hit_lamp(const LightAt *light, Vec3 from, Vec3 dir, double tmax, dou
     if (!(d2 > r2) || !(along > 0) || !(inside2 > 0)) {
         return false;
     }
-    *density = 1 / (2 * SAMPLING_PI * ball_spread(r2 / d2));
-    return along - sqrt(inside2) < tmax;
+    hit->distance = along - sqrt(inside2);
+    hit->density = 1 / (2 * SAMPLING_PI * ball_spread(r2 / d2));
+    return hit->distance < tmax;
 }
 
-static bool hit_area(const LightAt *light, Vec3 from, Vec3 dir, double tmax, double *density) {
+static bool hit_area(const LightAt *light, Vec3 from, Vec3 dir, double tmax, LightHit *hit) {
     double cosine = vec3_dot(dir, light->axis);
     double t = vec3_dot(vec3_sub(light->at, from), light->axis) / cosine;
     if (!(t > 0 && t < tmax) || !isfinite(t)) {
@@ -385,15 +387,16 @@ static bool hit_area(const LightAt *light, Vec3 from, Vec3 dir, double tmax, dou
     double quarter = light->size / 4;
     double u = vec3_dot(vec3_cross(q, light->half_v), light->axis) / quarter;
     double v = vec3_dot(vec3_cross(light->half_u, q), light->axis) / quarter;
-    *density = t * t / (light->size * fabs(cosine));
+    hit->distance = t;
+    hit->density = t * t / (light->size * fabs(cosine));
     return fabs(u) <= 1 && fabs(v) <= 1;
 }
 
-bool light_hit(const LightAt *light, Vec3 from, Vec3 dir, double tmax, double *density) {
+bool light_hit(const LightAt *light, Vec3 from, Vec3 dir, double tmax, LightHit *hit) {
     if (!light->has_area) {
         return false;
     }
-    return light->kind == LIGHT_SUN    ? hit_sun(light, dir, tmax, density)
-           : light->kind == LIGHT_AREA ? hit_area(light, from, dir, tmax, density)
-                                       : hit_lamp(light, from, dir, tmax, density);
+    return light->kind == LIGHT_SUN    ? hit_sun(light, dir, tmax, hit)
+           : light->kind == LIGHT_AREA ? hit_area(light, from, dir, tmax, hit)
+                                       : hit_lamp(light, from, dir, tmax, hit);
 }

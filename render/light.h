@@ -78,9 +78,14 @@ static inline bool light_is_near(const LightAt *light) {
 // u, v in [0, 1), unused without an area. False: nothing arrives there.
 bool light_sample(const LightAt *light, Vec3 from, double u, double v, LightSample *sample);
 
-// Whether a ray (dir of unit length) meets a light with an area before tmax; density gets that of
-// light_sample for this direction. The radiance is light->color, scaled by light_share.
-bool light_hit(const LightAt *light, Vec3 from, Vec3 dir, double tmax, double *density);
+typedef struct {
+    double distance; // INFINITY for suns
+    double density;  // of light_sample for this direction
+} LightHit;
+
+// Whether a ray (dir of unit length) meets a light with an area before tmax. The radiance is
+// light->color, scaled by light_share.
+bool light_hit(const LightAt *light, Vec3 from, Vec3 dir, double tmax, LightHit *hit);
 
 // The share of its color that a light sends along dir (unit, away from it): 1 but for spots, and 0
 // behind an area.

@@ -119,7 +119,7 @@ static void bound_emitters(Work *w, const LightChoice *choice, WorldView *view, 
         join_instant(w, first + i, &now);
         uint32_t material = emitter_material(view, emitter);
         w->material[i] = material;
-        bool is_even = in->is_even[material];
+        bool is_even = in->materials->is_even[material];
         SurfacePoint point;
         for (uint32_t k = 0; k < (is_even ? 1 : EMITTER_POINTS); k++) {
             // Over time all of its points are asked, each instant asks one.
@@ -129,8 +129,11 @@ static void bound_emitters(Work *w, const LightChoice *choice, WorldView *view, 
             if (!is_even) {
                 emitter_point(view, emitter, k, &point);
             }
-            double glow = in->glow(in->context, material, &point, seconds);
-            w->glow[i] = isfinite(glow) ? fmax(w->glow[i], glow) : w->glow[i];
+            double rgb[3];
+            const MaterialPlace place = {&point, NULL, seconds};
+            if (material_glow(in->materials, material, &place, NULL, rgb)) {
+                w->glow[i] = fmax(w->glow[i], (rgb[0] + rgb[1] + rgb[2]) / 3);
+            }
         }
     }
 }
@@ -145,7 +148,7 @@ static void weigh_emitters(Work *w, Arena *arena, const LightChoice *choice, uin
     }
     for (uint32_t i = 0; i < choice->emitters.n; i++) {
         uint32_t m = w->material[i];
-        double least = in->is_even[m] ? 0 : most[m] > 0 ? FAINTEST * most[m] : 1;
+        double least = in->materials->is_even[m] ? 0 : most[m] > 0 ? FAINTEST * most[m] : 1;
         w->bounds[first + i].power *= SAMPLING_PI * fmax(w->glow[i], least);
     }
 }
@@ -201,13 +204,13 @@ LightChoice light_choice_new(Arena *arena, const LightChoiceInput *input) {
     bool any_glows = false;
     uint32_t n_local = 0;
     for (uint32_t i = 0; i < scene->n_materials; i++) {
-        any_glows |= input->glows[i];
+        any_glows |= input->materials->glows[i];
     }
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         n_local += is_local(&scene->lights[i]);
     }
     if (any_glows) {
-        choice.emitters = emitters_find(arena, input->world, input->glows);
+        choice.emitters = emitters_find(arena, input->world, input->materials->glows);
     }
     choice.draws_emitters = choice.emitters.n > LIGHT_CHOICE_FEW;
     choice.draws_lights = n_local > LIGHT_CHOICE_FEW;

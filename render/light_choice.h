@@ -13,6 +13,7 @@
 
 #include "render/emitter.h"
 #include "render/light.h"
+#include "render/material.h"
 
 enum { LIGHT_CHOICE_FEW = 8, LIGHT_CHOICE_DRAWN = 2 };
 
@@ -26,20 +27,12 @@ typedef struct {
     bool has_area, is_near; // one of these has, or is: as in LightSet
 } LightChoice;
 
-// How a material glows: its mean radiance at a point, whose instant is the view's.
-typedef double GlowFunction(void *context, uint32_t material, const SurfacePoint *point,
-                            double seconds);
-
 typedef struct {
     const Scene *scene;
     const World *world;
-    int64_t frame;     // number
-    bool moves;        // something does while the shutter is open
-    const bool *glows; // [n_materials]
-    const bool
-        *is_even; // [n_materials]: it glows the same everywhere and always; point may be NULL
-    GlowFunction *glow;
-    void *context;
+    const Materials *materials;
+    int64_t frame; // number
+    bool moves;    // something does while the shutter is open
 } LightChoiceInput;
 
 // Before the frame's first ray; costs nothing where there are few lights and nothing glows.

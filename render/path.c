@@ -2,7 +2,6 @@
 // The path tracer.
 #include "render/path_parts.h"
 
-#include <float.h>
 #include <string.h>
 
 #include "render/sampling.h"
@@ -16,7 +15,9 @@ static bool reads_time(const Program *program) {
 
 static bool shape_is_moving(const Shape *shape) {
     return shape->track || reads_time(shape->vertex) || reads_time(shape->geometry) ||
-           reads_time(shape->transform) || reads_time(shape->visible);
+           reads_time(shape->transform) || reads_time(shape->visible) ||
+           reads_time(shape->seen[RAY_CAMERA]) || reads_time(shape->seen[RAY_SHADOW]) ||
+           reads_time(shape->seen[RAY_BOUNCE]);
 }
 
 static bool camera_is_moving(const CameraSettings *camera) {
@@ -39,18 +40,12 @@ bool path_scene_is_moving(const Scene *scene) {
         }
     }
     for (uint32_t i = 0; i < scene->n_materials; i++) {
-        if (reads_time(scene->materials[i].program)) {
+        if (reads_time(scene->materials[i].program) || reads_time(scene->materials[i].opacity) ||
+            reads_time(scene->materials[i].height) || reads_time(scene->materials[i].normal)) {
             return true;
         }
     }
     return camera_is_moving(&scene->camera) || lights_are_moving(scene);
-}
-
-// Whether a material gives light somewhere at some time.
-static bool may_glow(const PathScene *paths, uint32_t material) {
-    const double *out = paths->material[material];
-    return paths->scene->materials[material].kind == MATERIAL_GLOW &&
-           !(paths->material_is_constant[material] && (!(out[3] > 0) || !(max3(out) > 0)));
 }
 
 void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
@@ -60,29 +55,29 @@ void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
     bool moves = path_scene_is_moving(scene);
     paths->draws_time = moves && !shutter_is_instant(&scene->shutter);
     paths->is_delayed = moves && shutter_is_delayed(&scene->shutter);
-    paths->material = arena_array(arena, scene->n_materials, sizeof *paths->material);
-    paths->material_is_constant = ARENA_ARRAY(arena, scene->n_materials, bool);
-    paths->glows = ARENA_ARRAY(arena, scene->n_materials, bool);
-    bool is_rough = false;
-    for (uint32_t i = 0; i < scene->n_materials; i++) {
-        const Material *material = &scene->materials[i];
-        paths->material_is_constant[i] = program_is_constant(material->program);
-        if (paths->material_is_constant[i]) {
-            const double in[IN_COUNT] = {0};
-            program_run1(material->program, in, paths->material[i]);
-        }
-        is_rough |= material->kind == MATERIAL_METAL || material->kind == MATERIAL_GLOSS;
-        paths->glows[i] = may_glow(paths, i);
-        paths->has_glow |= paths->glows[i];
+    materials_init(&paths->materials, arena, scene);
+    for (uint32_t i = 0; i < scene->n_shapes; i++) {
+        paths->is_selective |= shape_is_selective(&scene->shapes[i]);
     }
     bool has_image = false;
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         paths->has_sky |= scene->lights[i].kind == LIGHT_SKY;
         has_image |= scene->lights[i].image != NULL;
     }
-    bool has_chosen = paths->has_glow || scene->n_lights > LIGHT_CHOICE_FEW || has_image;
+    bool has_chosen = paths->materials.has_glow || scene->n_lights > LIGHT_CHOICE_FEW || has_image;
     paths->n_sets = 1 + scene->n_lights + (has_chosen ? PATH_CHOSEN_SETS : 0);
-    paths->table = is_rough ? bsdf_table_new(arena) : NULL;
+}
+
+PathScene path_scene_frame(const PathScene *paths, Arena *arena, const World *world,
+                           int64_t frame) {
+    PathScene framed = *paths;
+    LightChoiceInput input = {.scene = paths->scene,
+                              .world = world,
+                              .materials = &paths->materials,
+                              .frame = frame,
+                              .moves = paths->draws_time};
+    framed.choice = light_choice_new(arena, &input);
+    return framed;
 }
 
 static void evaluate_camera(PathTracer *tracer) {
@@ -132,97 +127,22 @@ static void set_time(PathTracer *tracer, double fraction) {
     }
 }
 
-// Normals towards the viewer, and a start for rays beyond the error of the point.
-static void orient(Vertex *vertex, Vec3 dir) {
-    const SurfacePoint *point = &vertex->point;
-    double side = vec3_dot(point->Ng, dir) > 0 ? -1 : 1;
-    vertex->Ng = vec3_scale(point->Ng, side);
-    vertex->N = vec3_scale(point->N, side);
-    const double least = 1e-6; // a view along the surface, as far as shading is concerned
-    if (!(vec3_dot(vertex->N, dir) < -least)) {
-        vertex->N = vertex->Ng;
-    }
-    sampling_frame(vertex->N, &vertex->x, &vertex->y);
-    double cosine = -vec3_dot(vertex->N, dir);
-    vertex->wo =
-        vec3(-vec3_dot(vertex->x, dir), -vec3_dot(vertex->y, dir), cosine > least ? cosine : least);
-    Vec3 P = point->P;
-    double largest = fmax(fabs(P.x), fmax(fabs(P.y), fabs(P.z)));
-    vertex->start = vec3_madd(P, point->error + 4 * DBL_EPSILON * largest, vertex->Ng);
+// Below the surface that the shading normal hides, a reflection is lifted back to it, and what
+// passes through the surface is pressed down.
+static Vec3 lift(const Vertex *vertex, Vec3 dir, bool is_through) {
+    Vec3 outwards = is_through ? vec3_scale(vertex->Ng, -1) : vertex->Ng;
+    double out = vec3_dot(dir, outwards);
+    return out > 0 ? dir : vec3_normalize(vec3_madd(dir, 1e-4 - out, outwards));
 }
 
-static void set_inputs(const PathTracer *tracer, const SurfacePoint *point, Vec3 N,
-                       double in[IN_COUNT]) {
-    memset(in, 0, IN_COUNT * sizeof *in);
-    in[IN_T] = in[IN_FILM_T] = tracer->seconds;
-    in[IN_U] = point->u;
-    in[IN_V] = point->v;
-    const Vec3 values[4] = {point->p, point->n, point->P, N};
-    static const Input first[4] = {IN_PX, IN_NX, IN_WX, IN_WNX};
-    for (int i = 0; i < 4; i++) {
-        in[first[i]] = values[i].x;
-        in[first[i] + 1] = values[i].y;
-        in[first[i] + 2] = values[i].z;
+// The bundle of rays from there on (Akenine-Moeller et al., "Improved shader and texture level of
+// detail using ray cones", JCGT 2021, with estimates for what is not smooth).
+static void widen(Path *path, const Vertex *vertex, double density) {
+    path->width += path->spread * vec3_length(vec3_sub(vertex->point.P, path->origin));
+    if (density > 0) {
+        double wide = bsdf_has_diffuse(&vertex->bsdf) ? 0.25 : 0.5 * vertex->bsdf.alpha;
+        path->spread = fmax(path->spread, wide);
     }
-    for (uint32_t i = 0; i < point->shape->n_loops; i++) {
-        in[IN_LOOP0 + i] = point->loops[i];
-    }
-}
-
-static bool set_material(PathTracer *tracer, Vertex *vertex, double least_rough) {
-    const PathScene *paths = tracer->paths;
-    uint32_t material = vertex->point.material;
-    const Material *m = &paths->scene->materials[material];
-    const double *out = paths->material[material];
-    double values[BSDF_MAX_OUT], in[IN_COUNT];
-    if (!paths->material_is_constant[material]) {
-        set_inputs(tracer, &vertex->point, vertex->point.N, in);
-        program_run1(m->program, in, values);
-        out = values;
-    }
-    if (!bsdf_init(&vertex->bsdf, m->kind, out, least_rough, vertex->wo.z, paths->table)) {
-        tracer->troubles.materials[material] = true;
-        return false;
-    }
-    return true;
-}
-
-bool path_emission(PathTracer *tracer, Vertex *vertex, Vec3 dir) {
-    orient(vertex, dir);
-    return set_material(tracer, vertex, 0);
-}
-
-double path_glow(void *context, uint32_t material, const SurfacePoint *point, double seconds) {
-    PathTracer tracer = {.paths = context, .seconds = seconds};
-    double in[IN_COUNT], values[BSDF_MAX_OUT];
-    const double *out = tracer.paths->material[material];
-    if (!tracer.paths->material_is_constant[material]) {
-        set_inputs(&tracer, point, point->N, in);
-        program_run1(tracer.paths->scene->materials[material].program, in, values);
-        out = values;
-    }
-    return out[3] > 0 ? (fmax(out[0], 0) + fmax(out[1], 0) + fmax(out[2], 0)) / 3 * out[3] : 0;
-}
-
-PathScene path_scene_frame(const PathScene *paths, Arena *arena, const World *world,
-                           int64_t frame) {
-    PathScene framed = *paths;
-    LightChoiceInput input = {.scene = paths->scene,
-                              .world = world,
-                              .frame = frame,
-                              .moves = paths->draws_time,
-                              .glows = paths->glows,
-                              .is_even = paths->material_is_constant,
-                              .glow = path_glow,
-                              .context = &framed};
-    framed.choice = light_choice_new(arena, &input);
-    return framed;
-}
-
-// Below the surface that the shading normal hides, a reflection is lifted back to it.
-static Vec3 lift(const Vertex *vertex, Vec3 dir) {
-    double below = vec3_dot(dir, vertex->Ng);
-    return below > 0 ? dir : vec3_normalize(vec3_madd(dir, 1e-4 - below, vertex->Ng));
 }
 
 // Draws the direction in which the path goes on. False: it ends here.
@@ -234,13 +154,17 @@ static bool bounce(PathTracer *tracer, Path *path, const Vertex *vertex) {
         return false;
     }
     path->dir = vec3_normalize(sampling_to_world(vertex->x, vertex->y, vertex->N, sample.wi));
+    bool is_through = sample.wi.z < 0;
     if (!(sample.density > 0)) {
-        path->dir = lift(vertex, path->dir);
-    } else if (!(vec3_dot(path->dir, vertex->Ng) > 0)) {
+        path->dir = lift(vertex, path->dir, is_through);
+    }
+    widen(path, vertex, sample.density);
+    if (!path_leave(vertex, path->dir, is_through, &path->origin)) {
         return false;
     }
-    path->origin = vertex->start;
-    path->normal = vertex->Ng;
+    path->medium = path_medium(path, vertex, is_through);
+    path->facing = path_facing(vertex);
+    path->emitter = vertex->emitter;
     path->density = sample.density;
     path->has_scattered |= sample.density > 0;
     path->depth++;
@@ -264,27 +188,25 @@ static bool bounce(PathTracer *tracer, Path *path, const Vertex *vertex) {
 // Whether surfaces at the end of the path's ray can still give light: else they only hide it.
 static bool wants_surface(const PathTracer *tracer, const Path *path) {
     const PathScene *paths = tracer->paths;
-    return paths->has_glow || path->depth <= paths->scene->render.bounces;
+    return paths->materials.has_glow || path->depth <= paths->scene->render.bounces;
 }
 
 // Follows the path's ray. True: it ends at a surface.
 static bool follow(PathTracer *tracer, Path *path, Vertex *vertex) {
-    WorldView *view = tracer->view;
     // The camera does not see lights: its weight is specular in none.
     bool meets_lights = path->depth > 0 && path_may_meet_lights(tracer, max3(path->specular) > 0);
     tracer->counters.bounce_rays += path->depth > 0;
-    if (!wants_surface(tracer, path) && !meets_lights) {
-        return world_occluded(view, path->origin, path->dir, 0, INFINITY);
+    path->shade = 1;
+    if (!wants_surface(tracer, path) && !meets_lights && !path_goes_through(tracer)) {
+        return world_occluded_of(tracer->view, path_ask_as(tracer, RAY_BOUNCE), path->origin,
+                                 path->dir, 0, INFINITY);
     }
-    WorldHit hit;
-    bool is_hit = world_closest(view, path->origin, path->dir, 0, INFINITY, &hit);
+    bool is_hit = path_next_surface(tracer, path, vertex);
     if (meets_lights) {
-        path_meet_lights(tracer, path, is_hit ? hit.t : INFINITY);
+        path_meet_lights(tracer, path, vertex->distance);
     }
-    if (is_hit && wants_surface(tracer, path)) {
-        world_surface(view, path->origin, path->dir, &hit, &vertex->point);
-        orient(vertex, path->dir);
-        vertex->hit = hit;
+    for (int c = 0; c < 3; c++) {
+        path->weight[c] *= path_medium_left(&path->medium, c, vertex->distance);
     }
     return is_hit;
 }
@@ -293,7 +215,7 @@ static bool follow(PathTracer *tracer, Path *path, Vertex *vertex) {
 static bool scatter(PathTracer *tracer, Path *path, Vertex *vertex) {
     const PathScene *paths = tracer->paths;
     const uint32_t bounces = paths->scene->render.bounces;
-    if (!set_material(tracer, vertex, path->has_scattered ? PATH_ROUGH : 0)) {
+    if (!path_set_material(tracer, path, vertex)) {
         return false;
     }
     const Bsdf *bsdf = &vertex->bsdf;
@@ -305,8 +227,12 @@ static bool scatter(PathTracer *tracer, Path *path, Vertex *vertex) {
     if (path->depth > bounces) {
         return false;
     }
+    for (int c = 0; c < 3; c++) {
+        path->weight[c] *= path->shade;
+    }
     bool sees_lights = path_may_meet_lights(tracer, bsdf_has_specular(bsdf));
-    bool goes_on = path->depth < bounces || paths->has_sky || paths->has_glow || sees_lights;
+    bool goes_on =
+        path->depth < bounces || paths->has_sky || paths->materials.has_glow || sees_lights;
     if (bsdf_has_diffuse(bsdf) || !bsdf->is_mirror) {
         path_ask_lights(tracer, path, vertex, goes_on);
     }
@@ -334,7 +260,7 @@ static void trace_path(PathTracer *tracer, Path *path, FilmSample *sample) {
         memcpy(before, path->color, sizeof before);
         bool is_hit = follow(tracer, path, &vertex);
         if (path->depth == 0) {
-            sample->alpha = is_hit || !scene->film.transparent;
+            sample->alpha = is_hit || !scene->film.transparent ? 1 : 1 - path->shade;
             if (is_hit) {
                 sample->depth = camera_depth(&tracer->camera, vertex.point.P);
                 sample->normal = vertex.N;
@@ -362,6 +288,7 @@ static void start_path(PathTracer *tracer, Path *path, uint32_t x, uint32_t y,
     double px = x + 0.5 + filter_offset(filter, u[SAMPLE_X]);
     double py = y + 0.5 + filter_offset(filter, u[SAMPLE_Y]);
     tracer->counters.camera_rays++;
+    *(camera->kind == CAMERA_ORTHOGRAPHIC ? &path->width : &path->spread) = camera->pixel;
     if (!(camera->radius > 0)) {
         camera_ray(camera, px, py, &path->origin, &path->dir);
         return;

@@ -7,18 +7,33 @@
 // weighted by the balance heuristic, with the densities of the path's own instant. Beyond the
 // fourth bounce a path survives with the probability of its weight, which is divided by it.
 //
-// After a bounce that was no mirror's, metals and coats count as at least PATH_ROUGH: what would be
-// a caustic, a few samples of enormous weight, becomes a soft one (Kaplanyan and Dachsbacher, "Path
-// space regularization", 2013). Mirrors that the camera sees, in other mirrors too, stay mirrors.
+// After a bounce that was no mirror's, metals, coats and glass count as at least PATH_ROUGH: what
+// would be a caustic, a few samples of enormous weight, becomes a soft one (Kaplanyan and
+// Dachsbacher, "Path space regularization", 2013). Mirrors that the camera sees, in other mirrors
+// too, stay mirrors, and smooth glass stays clear.
+//
+// Glass takes part in shadows like everything else: the light that it lets through is found by the
+// directions that paths follow. What it absorbs within is taken off along each ray from where it
+// enters to where it leaves, or ends at something inside; of glass within glass the inner one
+// counts.
+//
+// Where a surface is not opaque, a path meets it with the probability of its opacity, and else goes
+// on as if it were not there; to shadow rays it lets through what is left. A catcher is not there
+// either, but takes off the weight of what is behind it the share of the light that does not reach
+// it: of each light, and of the sky in one direction, as much as it would send there unhindered.
+//
+// Who sees a shape: its own light, and what stands in the way of it, are matters of bounces, which
+// find it as well; what stands in the way of other lights is a matter of shadow rays, and of
+// bounces where a mirror shows a light.
 #ifndef RENDER_PATH_H
 #define RENDER_PATH_H
 
-#include "render/bsdf.h"
 #include "render/camera.h"
 #include "render/film.h"
 #include "render/filter.h"
 #include "render/light.h"
 #include "render/light_choice.h"
+#include "render/material.h"
 #include "render/sampler.h"
 #include "render/world.h"
 
@@ -28,14 +43,12 @@
 typedef struct {
     const Scene *scene;
     Filter filter;
-    const BsdfTable *table;           // NULL: nothing is rough
-    double (*material)[BSDF_MAX_OUT]; // outputs of constant material programs
-    bool *material_is_constant;
+    Materials materials;
     bool draws_time; // something moves and the shutter is no instant
     bool is_delayed; // something moves and pixels have a time of their own
     bool camera_moves, lights_move;
-    bool has_sky, has_glow;
-    bool *glows;        // [n_materials]: it may
+    bool has_sky;
+    bool is_selective;  // some rays pass through what others meet
     uint32_t n_sets;    // of sample dimensions, for each surface of a path
     LightChoice choice; // of the frame; empty before path_scene_frame
     // Where the shutter is no instant but one of several that share a pixel's samples

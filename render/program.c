@@ -72,6 +72,10 @@ static const ProgramCpu *cpu_now(void) {
     return cpu;
 }
 
+static bool has_table(Op op) {
+    return op == OP_SEARCH || op == OP_TABLE || op == OP_IMAGE;
+}
+
 static void operands_of(const Instr *i, uint32_t operand[3]) {
     operand[0] = i->a;
     operand[1] = i->b;
@@ -235,6 +239,15 @@ bool program_is_constant(const Program *program) {
     return program->inputs == 0;
 }
 
+bool program_has_images(const Program *program) {
+    for (uint32_t i = 0; i < program->n_steps; i++) {
+        if (program->steps[i].op == OP_IMAGE) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static double run_step(const Program *p, const Step *s, const double *value, double input) {
     switch (s->op) {
     case OP_CONST:
@@ -243,8 +256,7 @@ static double run_step(const Program *p, const Step *s, const double *value, dou
         return input;
     default: {
         // Operands that the operation does not have name step 0: read, never used.
-        const ProgramTable *table =
-            s->op == OP_SEARCH || s->op == OP_TABLE ? &p->tables[s->table] : NULL;
+        const ProgramTable *table = has_table((Op)s->op) ? &p->tables[s->table] : NULL;
         return op_scalar((Op)s->op, value[s->a], value[s->b], value[s->c], table);
     }
     }
@@ -327,6 +339,15 @@ static void run_pair(const Call *call, const ProgramCpu *kernels, uint32_t i, si
     kernels->sincos(n, call->at[sine], call->at[cosine], call->at[s->a]);
 }
 
+// Over the parallelogram that the three elements span.
+static void run_images(const Call *call, const Step *s, double *r, size_t whole) {
+    const double *a = call->at[s->a], *b = call->at[s->b];
+    const double dx[2] = {a[1] - a[0], b[1] - b[0]}, dy[2] = {a[2] - a[0], b[2] - b[0]};
+    for (size_t i = 0; i < whole; i++) {
+        r[i] = i < 3 ? op_image(a[i], b[i], dx, dy, &call->program->tables[s->table]) : r[2];
+    }
+}
+
 static uint64_t run_batch(const Call *call, const ProgramCpu *kernels, size_t first, size_t n) {
     const Program *p = call->program;
     size_t whole = (n + 3) & ~(size_t)3;
@@ -348,8 +369,11 @@ static uint64_t run_batch(const Call *call, const ProgramCpu *kernels, size_t fi
             i++;
             continue;
         }
-        const ProgramTable *table =
-            s->op == OP_SEARCH || s->op == OP_TABLE ? &p->tables[s->table] : NULL;
+        if (s->op == OP_IMAGE && call->in->are_neighbours) {
+            run_images(call, s, r, whole);
+            continue;
+        }
+        const ProgramTable *table = has_table((Op)s->op) ? &p->tables[s->table] : NULL;
         kernels->run((Op)s->op, whole, r, call->at[s->a], call->at[s->b], call->at[s->c], table);
     }
     return n_run;

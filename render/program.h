@@ -15,6 +15,9 @@
 
 #include "accel/arena.h"
 
+// Where in the source a thing was written; opaque to the renderer, handed back in reports.
+typedef uint64_t SourceRef;
+
 typedef enum {
 #define OP(name, n, effect) OP_##name,
 #include "render/ops.def"
@@ -53,15 +56,25 @@ typedef struct {
     uint8_t op; // Op
     uint8_t pad[3];
     uint32_t a, b, c; // indices of earlier instructions
-    uint32_t table;   // CONST: unused (value); INPUT: Input; SEARCH, TABLE: index into tables
-    double value;     // CONST
+    uint32_t table; // CONST: unused (value); INPUT: Input; SEARCH, TABLE, IMAGE: index into tables
+    double value;   // CONST
 } Instr;
+
+// A picture that programs look up; made by render/texture.h.
+typedef struct ProgramImage ProgramImage;
+struct ProgramImage {
+    // The mean of r g b and opacity around st (the picture fills [0, 1]^2, repeats, t grows
+    // upwards), over the parallelogram of the sides dx and dy. Finite; from any thread.
+    void (*look_up)(const ProgramImage *image, const double st[2], const double dx[2],
+                    const double dy[2], float rgba[4]);
+};
 
 typedef struct {
     const double *values;
-    uint32_t n;      // >= 1
-    bool is_lasting; // outlives every program that has it, and is not copied
+    uint32_t n;      // >= 1; of an image the channel, 0..3
+    bool is_lasting; // outlives every program that has it, and is not copied; of an image: true
     uint32_t live;   // its values change between runs: 1 + what tells it from others; 0: never
+    const ProgramImage *image;
 } ProgramTable;
 
 typedef struct Program Program;
@@ -75,6 +88,7 @@ uint32_t program_n_out(const Program *program);
 uint32_t program_n_instr(const Program *program);
 uint32_t program_inputs(const Program *program);  // bit i: Input i is read
 bool program_is_constant(const Program *program); // reads nothing
+bool program_has_images(const Program *program);
 static inline bool program_reads(const Program *p, Input in) {
     return p && (program_inputs(p) >> in & 1);
 }
@@ -83,6 +97,8 @@ static inline bool program_reads(const Program *p, Input in) {
 typedef struct {
     const double *at[IN_COUNT]; // one value, or n where bit i of varying is set
     uint32_t varying;
+    bool are_neighbours; // of 3 elements the second and third lie beside the first, so that images
+                         // are looked up over what is between them
 } ProgramInputs;
 
 // Runs over n elements: out[k][0..n) gets output k. Allocates nothing but a per-thread scratch that

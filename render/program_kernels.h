@@ -94,6 +94,8 @@ void KERNEL_NAME(Op op, size_t n, double *r, const double *a, const double *b, c
         EACH(op_search(a[i], table));
     case OP_TABLE:
         EACH(op_table(a[i], table));
+    case OP_IMAGE:
+        EACH(op_image(a[i], b[i], (const double[2]){0}, (const double[2]){0}, table));
     case OP_HASH:
         EACH(op_hash(a[i], b[i]));
     case OP_NOISE:

@@ -69,6 +69,17 @@ static inline double op_table(double a, const ProgramTable *table) {
     return table->values[a < table->n ? (uint32_t)a : table->n - 1];
 }
 
+// Without a picture: 0.
+static inline double op_image(double s, double t, const double dx[2], const double dy[2],
+                              const ProgramTable *table) {
+    float rgba[4] = {0};
+    const double st[2] = {s, t};
+    if (table && table->image && isfinite(s) && isfinite(t)) {
+        table->image->look_up(table->image, st, dx, dy, rgba);
+    }
+    return table ? rgba[table->n & 3] : 0;
+}
+
 // Gradient noise at one point (render/program_noise.c).
 double op_noise(double x, double y, double z);
 

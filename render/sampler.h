@@ -20,8 +20,14 @@
 enum { SAMPLE_X, SAMPLE_Y, SAMPLE_TIME, SAMPLE_FREE, SAMPLE_DIMENSIONS };
 
 // The sets of a path: the first, then for each bounce one for the choice of lobe and direction, and
-// one for each light; far behind them that of the lens.
-enum { SAMPLE_SET_PIXEL = 0, SAMPLE_SET_PATH = 1, SAMPLE_SET_LENS = INT32_MAX };
+// one for each light. Those from SAMPLE_SET_CHANCE on decide what surfaces are, one after the
+// other; far behind them is that of the lens.
+enum {
+    SAMPLE_SET_PIXEL = 0,
+    SAMPLE_SET_PATH = 1,
+    SAMPLE_SET_CHANCE = 1 << 30,
+    SAMPLE_SET_LENS = INT32_MAX
+};
 
 // Where a pixel is in the space of all random numbers.
 typedef struct {

@@ -14,6 +14,7 @@
 #include "render/mesh.h"
 #include "render/program.h"
 #include "render/scene_light.h"
+#include "render/scene_material.h"
 #include "render/shot.h"
 
 // Over how much of its neighbourhood a pixel is averaged.
@@ -42,19 +43,14 @@ typedef struct {
     double clamp; // radiance that one surface adds to a path after its first bounce; 0: any
 } RenderSettings;
 
+// Who asks whether a ray meets a shape.
 typedef enum {
-    MATERIAL_MATTE, // out: r g b (albedo)
-    MATERIAL_METAL, // out: r g b (reflectance at normal incidence), rough in 0..1
-    MATERIAL_GLOSS, // out: r g b (albedo under the coat), rough, ior
-    MATERIAL_GLOW,  // out: r g b, power (radiance = rgb * power)
-} MaterialKind;
-
-// May read u v p n P N besides.
-typedef struct {
-    MaterialKind kind;
-    const Program *program;
-    SourceRef where;
-} Material;
+    RAY_CAMERA, // the camera, through holes too
+    RAY_SHADOW, // a surface, whether it sees a light
+    RAY_BOUNCE, // a surface, what is there: mirrors, glass, light from surface to surface
+    RAY_KINDS,
+    RAY_ANY = RAY_KINDS // everything that there is
+} RayKind;
 
 typedef enum {
     SHAPE_MESH,
@@ -78,6 +74,8 @@ typedef struct {
     const Program *geometry;  // spheres and planes
     const Program *transform; // 12 out, rows of the map to the world; NULL: identity
     const Program *visible;   // 1 out, != 0: there at that instant; NULL: always
+    const Program *seen[RAY_KINDS]; // 1 out each, != 0: met by such rays; NULL: always
+    bool is_catcher;                // not there but for the shadows on it; throws none
 
     // Scalars of t whose floor jumps, or whose sign changes from < 0 to >= 0, just where vertex,
     // geometry or transform may jump or have a kink: sampling cuts there. 1 program, any number of
@@ -97,6 +95,12 @@ typedef struct {
     // NULL: those behind the ones of the shape before.
     const uint32_t *objects;
 } Shape;
+
+// Whether some rays pass through it that others meet.
+static inline bool shape_is_selective(const Shape *shape) {
+    return shape->seen[RAY_CAMERA] || shape->seen[RAY_SHADOW] || shape->seen[RAY_BOUNCE] ||
+           shape->is_catcher;
+}
 
 typedef struct {
     FilmSettings film;

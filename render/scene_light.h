@@ -7,9 +7,6 @@
 #include "render/program.h"
 #include "render/sky_image.h"
 
-// Where in the source a thing was written; opaque to the renderer, handed back in reports.
-typedef uint64_t SourceRef;
-
 typedef enum {
     LIGHT_SUN,  // out: direction towards it (any length), power (W/m2 facing it), r g b, angle
                 // (radians across)

@@ -94,6 +94,13 @@ static Local local_triangle(const Form *form, const BodyView *at, uint32_t prim,
     return l;
 }
 
+static double radius_at(const Form *form, const BodyView *at, uint32_t prim) {
+    const Geometry *g = &form->geometry;
+    const float *r = &g->radius[(size_t)at->key * g->n_vertices + prim];
+    double grow = g->n_keys > 1 ? (double)r[g->n_vertices] - r[0] : 0;
+    return (r[0] + at->f * grow) / form->sampler.frame.scale;
+}
+
 // The point of the sphere nearest to the one along the ray: the latter's error is along the normal.
 static Local local_sphere(const Form *form, const BodyView *at, uint32_t prim, Vec3 on_ray) {
     const Geometry *g = &form->geometry;
@@ -199,10 +206,14 @@ static void sphere_coordinates(Vec3 n, SurfacePoint *point) {
     point->v = program_fold(OP_ASIN, fmax(-1, fmin(1, n.y)), 0, 0) / pi + 0.5;
 }
 
-// Two directions across a plane's normal, the same for every point.
-static void plane_coordinates(Vec3 p, Vec3 n, SurfacePoint *point) {
+// A direction across a plane's normal, the same for every point.
+static Vec3 plane_axis(Vec3 n) {
     Vec3 a = fabs(n.x) < 0.9 ? vec3(1, 0, 0) : vec3(0, 0, 1);
-    Vec3 across = vec3_normalize(vec3_madd(a, -vec3_dot(a, n), n));
+    return vec3_normalize(vec3_madd(a, -vec3_dot(a, n), n));
+}
+
+static void plane_coordinates(Vec3 p, Vec3 n, SurfacePoint *point) {
+    Vec3 across = plane_axis(n);
     point->u = vec3_dot(p, across);
     point->v = vec3_dot(p, vec3_cross(n, across));
 }
@@ -310,4 +321,73 @@ void world_surface(WorldView *view, Vec3 origin, Vec3 dir, const WorldHit *hit,
     double on_object = FLOAT_ERROR * l.size + DOUBLE_ERROR * largest_of(l.p);
     double in_world = DOUBLE_ERROR * (largest_of(point->P) + largest_of(far));
     point->error = grown * on_object + in_world;
+}
+
+// ---- Slopes: `along` is that of the point in the body's own space
+
+static void slope_plane(Vec3 n, SurfaceSlope *slope, Vec3 along[2]) {
+    along[0] = slope->p[0] = plane_axis(n);
+    along[1] = slope->p[1] = vec3_cross(n, along[0]);
+    slope->u[0] = slope->v[1] = 1;
+}
+
+// East and north.
+static void slope_sphere(Vec3 n, double radius, double rest, SurfaceSlope *slope, Vec3 along[2]) {
+    const double pi = 3.141592653589793;
+    double level = hypot(n.x, n.z);
+    slope->n[0] = level > 0 ? vec3(n.z / level, 0, -n.x / level) : vec3(1, 0, 0);
+    slope->n[1] = vec3_cross(n, slope->n[0]);
+    for (int k = 0; k < 2; k++) {
+        along[k] = vec3_scale(slope->n[k], radius);
+        slope->p[k] = vec3_scale(slope->n[k], rest);
+    }
+    slope->u[0] = level > 0 ? 1 / (2 * pi * level) : 0;
+    slope->v[1] = 1 / pi;
+}
+
+static void slope_triangle(const Form *form, const BodyView *at, const WorldHit *hit,
+                           const Mesh *mesh, SurfaceSlope *slope, Vec3 along[2]) {
+    const Geometry *g = &form->geometry;
+    const uint32_t *index = &mesh->index[3 * (size_t)hit->prim];
+    Vec3 v[3], step;
+    for (int k = 0; k < 3; k++) {
+        v[k] = vertex_at(g, at, g->index[3 * (size_t)hit->at + (size_t)k], &step);
+    }
+    for (int k = 0; k < 2; k++) {
+        size_t a = index[0], b = index[k + 1];
+        const double *p = &mesh->position[3 * a], *q = &mesh->position[3 * b];
+        along[k] = vec3_scale(vec3_sub(v[k + 1], v[0]), 1 / form->sampler.frame.scale);
+        slope->p[k] = vec3(q[0] - p[0], q[1] - p[1], q[2] - p[2]);
+        if (mesh->normal) {
+            const float *m = &mesh->normal[3 * a], *n = &mesh->normal[3 * b];
+            slope->n[k] = vec3(n[0] - m[0], n[1] - m[1], n[2] - m[2]);
+        }
+        if (mesh->uv) {
+            slope->u[k] = (double)mesh->uv[2 * b] - mesh->uv[2 * a];
+            slope->v[k] = (double)mesh->uv[2 * b + 1] - mesh->uv[2 * a + 1];
+        }
+    }
+}
+
+void world_surface_slope(WorldView *view, const WorldHit *hit, const SurfacePoint *point,
+                         SurfaceSlope *slope) {
+    const Body *body = world_body(view->world, hit->body);
+    const BodyView *at = view_body(view, body);
+    Vec3 along[2];
+    *slope = (SurfaceSlope){0};
+    if (!body->form) {
+        slope_plane(point->n, slope, along);
+    } else if (body->form->kind == GEOMETRY_SPHERES) {
+        double s[4], radius = radius_at(body->form, at, hit->at), rest = radius;
+        if (body->is_ball) {
+            sphere_at(body->shape, point->loops, 0, s);
+            rest = s[3];
+        }
+        slope_sphere(point->n, radius, rest, slope, along);
+    } else {
+        slope_triangle(body->form, at, hit, point->shape->mesh, slope, along);
+    }
+    for (int k = 0; k < 2; k++) {
+        slope->P[k] = affine_vector(&at->place->map, along[k]);
+    }
 }

@@ -45,6 +45,21 @@ void world_view_time(WorldView *view, Instant at) {
     view->stamp++;
 }
 
+// Which rays pass through it now.
+static uint8_t unseen_by(const Body *body, double seconds) {
+    const Shape *shape = body->shape;
+    double in[IN_COUNT], seen;
+    uint8_t unseen = shape->is_catcher ? 1 << RAY_SHADOW : 0;
+    shape_inputs(shape, body_loops(body), seconds, in);
+    for (int k = 0; k < RAY_KINDS; k++) {
+        if (shape->seen[k]) {
+            program_run1(shape->seen[k], in, &seen);
+            unseen |= seen != 0 && !isnan(seen) ? 0 : 1 << k;
+        }
+    }
+    return unseen;
+}
+
 const BodyView *view_body(WorldView *view, const Body *body) {
     BodyView *slot = &view->slots[body->object & view->mask];
     if (slot->stamp == view->stamp && slot->body == body) {
@@ -59,6 +74,8 @@ const BodyView *view_body(WorldView *view, const Body *body) {
     }
     slot->key = 0;
     slot->f = 0;
+    slot->unseen =
+        body->shape && shape_is_selective(body->shape) ? unseen_by(body, view->seconds) : 0;
     if (body->form) {
         form_time(body->form, view->at, &slot->key, &slot->f);
     }
@@ -69,6 +86,7 @@ typedef struct {
     WorldView *view;
     Vec3 origin, dir;
     double tmin;
+    RayKind kind;
     bool any; // the first hit will do
     bool is_hit;
     WorldHit hit;
@@ -78,7 +96,7 @@ typedef struct {
 static bool enter(const Query *q, const Body *body, double tmax, AccelRay *ray,
                   FrameDistance *distance) {
     const BodyView *at = view_body(q->view, body);
-    if (!at->place->is_present) {
+    if (!at->place->is_present || (at->unseen >> q->kind & 1)) {
         return false;
     }
     Vec3 origin = q->origin, dir = q->dir;
@@ -178,7 +196,8 @@ static void ask_plane(Query *q, uint32_t id, double tmax) {
     Vec3 normal;
     double offset;
     q->view->count.prim_tests++;
-    if (!at->place->is_present || !plane_at(body, q->view->seconds, &normal, &offset)) {
+    if (!at->place->is_present || (at->unseen >> q->kind & 1) ||
+        !plane_at(body, q->view->seconds, &normal, &offset)) {
         return;
     }
     Vec3 origin = placement_point_back(at->place, q->origin);
@@ -215,18 +234,28 @@ static bool trace(Query *q, double tmax) {
     return q->is_hit;
 }
 
-bool world_closest(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double tmax,
-                   WorldHit *hit) {
-    Query q = {.view = view, .origin = origin, .dir = dir, .tmin = tmin};
+bool world_closest_of(WorldView *view, RayKind kind, Vec3 origin, Vec3 dir, double tmin,
+                      double tmax, WorldHit *hit) {
+    Query q = {.view = view, .origin = origin, .dir = dir, .tmin = tmin, .kind = kind};
     if (trace(&q, tmax)) {
         *hit = q.hit;
     }
     return q.is_hit;
 }
 
-bool world_occluded(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double tmax) {
-    Query q = {.view = view, .origin = origin, .dir = dir, .tmin = tmin, .any = true};
+bool world_occluded_of(WorldView *view, RayKind kind, Vec3 origin, Vec3 dir, double tmin,
+                       double tmax) {
+    Query q = {.view = view, .origin = origin, .dir = dir, .tmin = tmin, .kind = kind, .any = true};
     return trace(&q, tmax);
+}
+
+bool world_closest(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double tmax,
+                   WorldHit *hit) {
+    return world_closest_of(view, RAY_ANY, origin, dir, tmin, tmax, hit);
+}
+
+bool world_occluded(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double tmax) {
+    return world_occluded_of(view, RAY_ANY, origin, dir, tmin, tmax);
 }
 
 const Body *world_body(const World *world, uint32_t body) {

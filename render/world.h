@@ -58,6 +58,12 @@ typedef struct {
 bool world_closest(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double tmax, WorldHit *hit);
 bool world_occluded(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double tmax);
 
+// The same of those shapes alone that such rays meet.
+bool world_closest_of(WorldView *view, RayKind kind, Vec3 origin, Vec3 dir, double tmin,
+                      double tmax, WorldHit *hit);
+bool world_occluded_of(WorldView *view, RayKind kind, Vec3 origin, Vec3 dir, double tmin,
+                       double tmax);
+
 typedef struct {
     Vec3 P;        // world position, from the vertices (not along the ray)
     double error;  // metres: bound on P's rounding; start new rays so far off the surface
@@ -74,5 +80,17 @@ typedef struct {
 
 void world_surface(WorldView *view, Vec3 origin, Vec3 dir, const WorldHit *hit,
                    SurfacePoint *point);
+
+// How a point's coordinates change along two directions of its surface, to first order: u and w of
+// a triangle, the parameters u and v of spheres and planes (a sphere's in radians, a plane's in
+// metres of its block).
+typedef struct {
+    Vec3 P[2], p[2], n[2];
+    double u[2], v[2];
+} SurfaceSlope;
+
+// point: of this hit, in this view at the same instant.
+void world_surface_slope(WorldView *view, const WorldHit *hit, const SurfacePoint *point,
+                         SurfaceSlope *slope);
 
 #endif

@@ -49,6 +49,7 @@ typedef struct {
     Placement own;
     uint32_t key;
     float f;
+    uint8_t unseen; // bit k: not met by rays of RayKind k
 } BodyView;
 
 struct WorldView {

@@ -192,7 +192,7 @@ void expression_print(const Expression *e) {
 uint32_t expression_ops(Op ops[OP_COUNT], bool with_pow) {
     uint32_t n = 0;
     for (int op = 0; op < OP_COUNT; op++) {
-        if (op_operands[op] > 0 && (with_pow || op != OP_POW)) {
+        if (op_operands[op] > 0 && (with_pow || op != OP_POW) && op != OP_IMAGE) {
             ops[n++] = (Op)op;
         }
     }

@@ -70,6 +70,10 @@ void test_lens(TestScene *test, const double value[4], const double slope[4], ui
     test->scene.camera.blades = blades;
 }
 
+const Program *test_numbers(TestScene *test, const double *out, uint32_t n) {
+    return line(test, out, NULL, n);
+}
+
 void test_light(TestScene *test, LightKind kind, const double *out, uint32_t n) {
     test->lights[test->scene.n_lights++] =
         (Light){.kind = kind, .program = line(test, out, NULL, n)};
@@ -144,6 +148,11 @@ void test_tilted_square(TestScene *test, uint32_t material, double h) {
 
 void test_facing_square(TestScene *test, uint32_t material, double x, double h) {
     const double map[12] = {0, 0, -1, x, 0, 1, 0, 0, 1, 0, 0, 0};
+    add_square(test, material, h, map, NULL);
+}
+
+void test_turned_square(TestScene *test, uint32_t material, double z, double h) {
+    const double map[12] = {-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, z};
     add_square(test, material, h, map, NULL);
 }
 

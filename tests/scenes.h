@@ -11,7 +11,7 @@
 #include "render/render.h"
 #include "tests/suite.h"
 
-enum { TEST_SCENE_MAX = 8 };
+enum { TEST_SCENE_MAX = 16 };
 
 typedef struct {
     Arena arena;
@@ -39,6 +39,9 @@ double test_channel(const Film *film, int x, int y, int c); // 0..2: r g b, 3: a
 void test_camera(TestScene *test, CameraKind kind, double distance, double fov);
 // aperture, focus, shift x and y: value + slope * t. After test_camera.
 void test_lens(TestScene *test, const double value[4], const double slope[4], uint32_t blades);
+
+// A program that gives these.
+const Program *test_numbers(TestScene *test, const double *out, uint32_t n);
 void test_light(TestScene *test, LightKind kind, const double *out, uint32_t n);
 uint32_t test_material(TestScene *test, MaterialKind kind, const double *out, uint32_t n);
 // Glows with the given power from that second on, dark before.
@@ -52,5 +55,7 @@ void test_moving_square(TestScene *test, uint32_t material, Vec3 at, Vec3 veloci
 void test_tilted_square(TestScene *test, uint32_t material, double h);
 // At (x, 0, 0), facing -x.
 void test_facing_square(TestScene *test, uint32_t material, double x, double h);
+// At (0, 0, z), facing -z.
+void test_turned_square(TestScene *test, uint32_t material, double z, double h);
 
 #endif

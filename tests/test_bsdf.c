@@ -68,14 +68,14 @@ static void bsdf_keeps_energy(void **state) {
         for (int c = 0; c < N_COSINE; c++) {
             Vec3 wo = view(cosines[c]);
             Bsdf bsdf;
-            const double metal[] = {1, 1, 1, roughs[r]};
-            assert_true(bsdf_init(&bsdf, MATERIAL_METAL, metal, 0, wo.z, table));
+            const double metal[BSDF_MAX_OUT] = {1, 1, 1, roughs[r], 1, 1, 1};
+            assert_true(bsdf_init(&bsdf, MATERIAL_METAL, metal, false, 0, wo.z, table));
             assert_near(albedo(&bsdf, wo, 4096), 1, 0.01);
-            const double gloss[] = {1, 1, 1, roughs[r], 1.5};
-            assert_true(bsdf_init(&bsdf, MATERIAL_GLOSS, gloss, 0, wo.z, table));
+            const double gloss[BSDF_MAX_OUT] = {1, 1, 1, roughs[r], 1.5};
+            assert_true(bsdf_init(&bsdf, MATERIAL_GLOSS, gloss, false, 0, wo.z, table));
             assert_near(albedo(&bsdf, wo, 4096), 1, 0.01);
-            const double dark[] = {0, 0, 0, roughs[r], 1.5};
-            assert_true(bsdf_init(&bsdf, MATERIAL_GLOSS, dark, 0, wo.z, table));
+            const double dark[BSDF_MAX_OUT] = {0, 0, 0, roughs[r], 1.5};
+            assert_true(bsdf_init(&bsdf, MATERIAL_GLOSS, dark, false, 0, wo.z, table));
             assert_near(albedo(&bsdf, wo, 4096), bsdf.returned, 0.01);
         }
     }
@@ -85,8 +85,8 @@ static void bsdf_keeps_energy(void **state) {
 static void bsdf_matte_is_exact(void **state) {
     (void)state;
     Bsdf bsdf;
-    const double white[] = {1, 0.5, 2};
-    assert_true(bsdf_init(&bsdf, MATERIAL_MATTE, white, 0, 0.5, NULL));
+    const double white[BSDF_MAX_OUT] = {1, 0.5, 2};
+    assert_true(bsdf_init(&bsdf, MATERIAL_MATTE, white, false, 0, 0.5, NULL));
     assert_near(bsdf.color[2], 1, 0); // nothing returns more than it gets
     for (int i = 0; i < 100; i++) {
         const double u[3] = {i / 100.0, fmod(i * 0.37, 1), 0.5};
@@ -120,9 +120,10 @@ static void bsdf_values_agree_with_samples(void **state) {
         for (int r = 3; r < N_ROUGH; r++) {
             for (int c = 1; c < N_COSINE; c++) {
                 Vec3 wo = view(cosines[c]);
-                const double out[] = {0.7, 0.7, 0.7, roughs[r], 1.5};
+                const double out[BSDF_MAX_OUT] = {0.7, 0.7, 0.7, roughs[r], 1.5, 1, 1};
                 Bsdf bsdf;
-                bsdf_init(&bsdf, kind ? MATERIAL_GLOSS : MATERIAL_METAL, out, 0, wo.z, table);
+                bsdf_init(&bsdf, kind ? MATERIAL_GLOSS : MATERIAL_METAL, out, false, 0, wo.z,
+                          table);
                 enum { STEPS = 400 };
                 double value = 0, total = 0;
                 for (int i = 0; i < STEPS * STEPS; i++) {
@@ -149,10 +150,10 @@ static void bsdf_weights_are_value_over_density(void **state) {
     const BsdfTable *table = bsdf_table_new(&arena);
     for (int kind = 0; kind < 3; kind++) {
         const MaterialKind kinds[] = {MATERIAL_MATTE, MATERIAL_METAL, MATERIAL_GLOSS};
-        const double out[] = {0.7, 0.2, 0.5, 0.4, 1.5};
+        const double out[BSDF_MAX_OUT] = {0.7, 0.2, 0.5, 0.4, 1.5};
         Vec3 wo = view(0.6);
         Bsdf bsdf;
-        bsdf_init(&bsdf, kinds[kind], out, 0, wo.z, table);
+        bsdf_init(&bsdf, kinds[kind], out, false, 0, wo.z, table);
         for (int i = 0; i < 500; i++) {
             const double u[3] = {fmod(i * 0.618034, 1), fmod(i * 0.414214, 1),
                                  fmod(i * 0.23607, 1)};
@@ -182,12 +183,12 @@ static void bsdf_survives_extremes(void **state) {
     const double slopes[] = {1e-6, 1e-3, 0.999999999, 1};
     for (int i = 0; i < 9 * 9 * 9; i++) {
         double v = values[i % 9];
-        const double out[] = {v, v, v, values[i / 9 % 9], values[i / 81]};
+        const double out[BSDF_MAX_OUT] = {v, v, v, values[i / 9 % 9], values[i / 81], v, v};
         for (int k = 0; k < 4; k++) {
             Vec3 wo = view(slopes[k]);
             for (int kind = MATERIAL_MATTE; kind <= MATERIAL_GLOSS; kind++) {
                 Bsdf bsdf;
-                assert_true(bsdf_init(&bsdf, (MaterialKind)kind, out, 0, wo.z, table));
+                assert_true(bsdf_init(&bsdf, (MaterialKind)kind, out, false, 0, wo.z, table));
                 for (int s = 0; s < 5; s++) {
                     const double u[3] = {s / 5.0, 1 - 0x1p-33, fmod(s * 0.7, 1)};
                     BsdfSample sample;
@@ -199,9 +200,9 @@ static void bsdf_survives_extremes(void **state) {
             }
         }
     }
-    const double bad[] = {0.5, NAN, 0.5, 0.5, 1.5};
+    const double bad[BSDF_MAX_OUT] = {0.5, NAN, 0.5, 0.5, 1.5};
     Bsdf bsdf;
-    assert_false(bsdf_init(&bsdf, MATERIAL_GLOSS, bad, 0, 1, table));
+    assert_false(bsdf_init(&bsdf, MATERIAL_GLOSS, bad, false, 0, 1, table));
     arena_free(&arena);
 }
 
@@ -232,7 +233,8 @@ static double irradiance(const LightAt *light, bool *meets_itself) {
     double sum = 0;
     *meets_itself = true;
     for (uint32_t i = 0; i < N; i++) {
-        double u[SAMPLE_DIMENSIONS], density;
+        double u[SAMPLE_DIMENSIONS];
+        LightHit hit;
         LightSample s;
         sampler_draw(&sampler, i, 1, u);
         if (!light_sample(light, vec3(0, 0, 0), u[0], u[1], &s)) {
@@ -240,8 +242,8 @@ static double irradiance(const LightAt *light, bool *meets_itself) {
         }
         sum += s.dir.y > 0 ? s.dir.y * s.weight[0] : 0;
         if (light->has_area && u[0] < 0.999) {
-            bool is_hit = light_hit(light, vec3(0, 0, 0), s.dir, INFINITY, &density);
-            *meets_itself &= is_hit && fabs(density / s.density - 1) < 1e-6;
+            bool is_hit = light_hit(light, vec3(0, 0, 0), s.dir, INFINITY, &hit);
+            *meets_itself &= is_hit && fabs(hit.density / s.density - 1) < 1e-6;
         }
     }
     return sum / N;
@@ -282,13 +284,14 @@ static void light_lamps_give_their_power(void **state) {
     const double around[] = {0, 0.5, 0, 100, 1, 1, 1, 1};
     LightAt light;
     LightSample sample;
-    double sky[3], density;
+    double sky[3];
+    LightHit hit;
     assert_true(light_of(LIGHT_LAMP, around, 8, &light, sky));
     assert_false(light_sample(&light, vec3(0, 0, 0), 0.5, 0.5, &sample));
-    assert_false(light_hit(&light, vec3(0, 0, 0), vec3(0, 1, 0), INFINITY, &density));
-    assert_true(light_hit(&light, vec3(0, 9, 0), vec3(0, -1, 0), INFINITY, &density));
-    assert_true(light_hit(&light, vec3(0, 9, 0), vec3(0, -1, 0), 7.6, &density));
-    assert_false(light_hit(&light, vec3(0, 9, 0), vec3(0, -1, 0), 7.4, &density));
+    assert_false(light_hit(&light, vec3(0, 0, 0), vec3(0, 1, 0), INFINITY, &hit));
+    assert_true(light_hit(&light, vec3(0, 9, 0), vec3(0, -1, 0), INFINITY, &hit));
+    assert_true(light_hit(&light, vec3(0, 9, 0), vec3(0, -1, 0), 7.6, &hit));
+    assert_false(light_hit(&light, vec3(0, 9, 0), vec3(0, -1, 0), 7.4, &hit));
 }
 
 static void light_skies_and_darkness(void **state) {

@@ -53,7 +53,7 @@ static void dag_agrees_with_libm(void **state) {
     (void)state;
     expression_seed = 2;
     for (int op = 0; op < OP_COUNT; op++) {
-        if (op_operands[op] == 0) {
+        if (op_operands[op] == 0 || op == OP_IMAGE) {
             continue;
         }
         for (int k = 0; k < 40; k++) {

@@ -143,13 +143,14 @@ static const Film *film_by_bounces(TestScene *test, uint32_t spp) {
     uint32_t n_taken;
     PathScene paths;
     RenderStats stats = {0};
-    PathTroubles troubles = {.lights = ARENA_ARRAY(&test->arena, 8, bool),
-                             .materials = ARENA_ARRAY(&test->arena, 8, bool)};
+    PathTroubles troubles = {.lights = ARENA_ARRAY(&test->arena, TEST_SCENE_MAX, bool),
+                             .materials = ARENA_ARRAY(&test->arena, TEST_SCENE_MAX, bool)};
     Progress progress = {.kind = PROGRESS_NONE};
     Film *film = ARENA_NEW(&test->arena, Film);
     film_init(film, &test->arena, SIZE, SIZE);
     path_scene_init(&paths, &test->arena, &test->scene);
-    memset(paths.glows, 0, test->scene.n_materials * sizeof *paths.glows); // not as lights
+    memset(paths.materials.glows, 0,
+           test->scene.n_materials * sizeof *paths.materials.glows); // not as lights
     World *world =
         world_build(&test->scene, &options, &frame, 1, &test->reporter, &n_taken, &stats);
     const TilePass pass = {.frame = frame, .n = spp, .due = INFINITY};
@@ -161,25 +162,67 @@ static const Film *film_by_bounces(TestScene *test, uint32_t spp) {
     return film;
 }
 
+// Of what is not just there: mixes that glow, holes, glass around what glows and beside it, who
+// sees what.
+static void layered_scene(TestScene *test) {
+    uint32_t grey = begin(test, 0.6);
+    test->scene.render.bounces = 4;
+    const double no = 0;
+    uint32_t glow = test_material(test, MATERIAL_GLOW, (double[]){1, 0.7, 0.4, 6}, 4);
+    uint32_t veil = test_material(test, MATERIAL_GLOW, (double[]){0.4, 0.7, 1, 8}, 4);
+    test->materials[veil].opacity = test_numbers(test, (double[]){0.4}, 1);
+    uint32_t coal = test_material(test, MATERIAL_MIX, (double[]){0.3}, 1);
+    test->materials[coal].parts[0] = grey;
+    test->materials[coal].parts[1] = veil;
+    uint32_t frosted =
+        test_material(test, MATERIAL_GLASS, (double[]){0.8, 0.6, 0.9, 1.3, 0.7, 1}, 6);
+    uint32_t lit = test_material(test, MATERIAL_MIX, (double[]){0.5}, 1);
+    test->materials[lit].parts[0] = frosted;
+    test->materials[lit].parts[1] = glow;
+    test_moving_sphere(test, veil, vec3(-2, 2, 1.5), vec3(0, 0, 0), 1);
+    test_moving_sphere(test, coal, vec3(2, 2, 1), vec3(0, 0, 0), 1);
+    test_moving_sphere(test, lit, vec3(2, -2, 1.5), vec3(0, 0, 0), 0.8);
+    test_moving_sphere(test, frosted, vec3(-2, -2, 1.5), vec3(0, 0, 0), 1.2);
+    test_moving_sphere(test, glow, vec3(-2, -2, 1.5), vec3(0, 0, 0), 0.5); // within
+    test_facing_square(test, coal, -4.5, 2);
+    struct {
+        uint32_t material;
+        RayKind unseen;
+        Vec3 at;
+    } ones[] = {{glow, RAY_CAMERA, {0, 0, 3}},    {glow, RAY_SHADOW, {3.5, 0, 1}},
+                {glow, RAY_BOUNCE, {-3.5, 0, 1}}, {grey, RAY_CAMERA, {0, 1, 1}},
+                {grey, RAY_SHADOW, {0, -1, 1}},   {grey, RAY_BOUNCE, {1, 0, 1}}};
+    for (size_t i = 0; i < sizeof ones / sizeof *ones; i++) {
+        test_moving_sphere(test, ones[i].material, ones[i].at, vec3(0, 0, 0), 0.4);
+        Shape *shape = &test->shapes[test->scene.n_shapes - 1];
+        shape->seen[ones[i].unseen] = test_numbers(test, &no, 1);
+    }
+}
+
+typedef void SceneFunction(TestScene *test);
+
 static void emitter_agrees_with_bounces(void **state) {
     (void)state;
-    TestScene test;
-    mixed_scene(&test);
-    RenderStats stats = {0};
-    const Film *film = test_film(&test, 4096, &stats);
-    const Film *plain = film_by_bounces(&test, 1 << 14);
-    double sum = 0, expected = 0;
-    for (int k = 0; k < SIZE * SIZE; k++) {
-        for (int c = 0; c < 3; c++) {
-            double value = test_channel(film, k % SIZE, k / SIZE, c);
-            double by_bounces = test_channel(plain, k % SIZE, k / SIZE, c);
-            assert_near(value, by_bounces, 0.15 * by_bounces + 0.03);
-            sum += value;
-            expected += by_bounces;
+    SceneFunction *const scenes[] = {mixed_scene, layered_scene};
+    for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
+        TestScene test;
+        scenes[i](&test);
+        RenderStats stats = {0};
+        const Film *film = test_film(&test, 4096, &stats);
+        const Film *plain = film_by_bounces(&test, 1 << 14);
+        double sum = 0, expected = 0;
+        for (int k = 0; k < SIZE * SIZE; k++) {
+            for (int c = 0; c < 3; c++) {
+                double value = test_channel(film, k % SIZE, k / SIZE, c);
+                double by_bounces = test_channel(plain, k % SIZE, k / SIZE, c);
+                assert_near(value, by_bounces, 0.15 * by_bounces + 0.03);
+                sum += value;
+                expected += by_bounces;
+            }
         }
+        assert_near(sum, expected, 0.01 * expected);
+        test_scene_free(&test);
     }
-    assert_near(sum, expected, 0.01 * expected);
-    test_scene_free(&test);
 }
 
 static void emitter_same_film_for_any_threads(void **state) {

@@ -27,7 +27,8 @@ static double irradiance(const LightAt *light, Vec3 from, Vec3 normal) {
     Sampler sampler = sampler_pixel(3, false, 1, 0, 0);
     double sum = 0;
     for (uint32_t i = 0; i < N; i++) {
-        double u[SAMPLE_DIMENSIONS], density;
+        double u[SAMPLE_DIMENSIONS];
+        LightHit hit;
         LightSample s;
         sampler_draw(&sampler, i, 1, u);
         if (!light_sample(light, from, u[0], u[1], &s)) {
@@ -35,8 +36,8 @@ static double irradiance(const LightAt *light, Vec3 from, Vec3 normal) {
         }
         sum += fmax(vec3_dot(s.dir, normal), 0) * s.weight[0];
         if (light->has_area && u[0] > 0.001 && u[0] < 0.999 && u[1] > 0.001 && u[1] < 0.999) {
-            assert_true(light_hit(light, from, s.dir, INFINITY, &density));
-            assert_near(density / s.density, 1, 1e-6);
+            assert_true(light_hit(light, from, s.dir, INFINITY, &hit));
+            assert_near(hit.density / s.density, 1, 1e-6);
         }
     }
     return sum / N;

@@ -168,7 +168,7 @@ static void trace_furnace(void **state) {
     (void)state;
     static const struct {
         MaterialKind kind;
-        double out[5];
+        double out[6];
         uint32_t n;
         double below, above; // what may be lost and gained
     } cases[] = {
@@ -177,12 +177,16 @@ static void trace_furnace(void **state) {
         {MATERIAL_METAL, {1, 1, 1, 0.5}, 4, 0.03, 0.03},
         {MATERIAL_GLOSS, {1, 1, 1, 0, 1.5}, 5, 0.03, 0.03},
         {MATERIAL_GLOSS, {1, 1, 1, 0.4, 1.5}, 5, 0.03, 0.03},
+        {MATERIAL_GLASS, {1, 1, 1, 1.5, 0, 0}, 6, 1e-6, 1e-9},
+        {MATERIAL_GLASS, {1, 1, 1, 1.5, 0.3, 0}, 6, 0.2, 0.2},
+        {MATERIAL_GLASS, {1, 1, 1, 1.5, 0.3, 0.1}, 6, 0.2, 0.2},
+        {MATERIAL_GLASS, {1, 1, 1, 2.4, 1, 0}, 6, 0.6, 0.6},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         TestScene test;
         test_orthographic(&test);
         test.scene.film.transparent = false;
-        test.scene.render.bounces = 4;
+        test.scene.render.bounces = 64; // within glass
         test_light(&test, LIGHT_SKY, (double[]){1, 1, 1, 1}, 4);
         uint32_t white = test_material(&test, cases[i].kind, cases[i].out, cases[i].n);
         test_moving_sphere(&test, white, vec3(0, 0, 0), vec3(0, 0, 0), 6);
@@ -201,6 +205,195 @@ static void trace_furnace(void **state) {
         assert_int_equal(stats.light_samples, 0);
         assert_int_equal(stats.lens_samples, 0);
         assert_int_equal(stats.shadow_rays, 0);
+        test_scene_free(&test);
+    }
+}
+
+// Every sample of a mix shows one of its materials: on the mean the picture is the mean of both, at
+// each pixel.
+static void trace_mixes_pictures(void **state) {
+    (void)state;
+    static double picture[4][WIDTH * HEIGHT];
+    for (int i = 0; i < 4; i++) {
+        TestScene test;
+        test_orthographic(&test);
+        test.scene.render.bounces = 6;
+        test_light(&test, LIGHT_SKY, (double[]){0.7, 1, 1, 1}, 4);
+        test_light(&test, LIGHT_SUN, (double[]){1, 1, 2, 3, 1, 1, 1, 0.2}, 8);
+        uint32_t ids[3] = {test_material(&test, MATERIAL_GLOSS, (double[]){0.3, 1, 1, 0.1, 1.5}, 5),
+                           test_material(&test, MATERIAL_METAL, (double[]){0.5, 1, 1, 0.4}, 4),
+                           test_material(&test, MATERIAL_MATTE, (double[]){0.9, 1, 1}, 3)};
+        uint32_t inner = test_material(&test, MATERIAL_MIX, (double[]){0.25}, 1);
+        uint32_t outer = test_material(&test, MATERIAL_MIX, (double[]){0.4}, 1);
+        test.materials[inner].parts[0] = ids[0];
+        test.materials[inner].parts[1] = ids[1];
+        test.materials[outer].parts[0] = inner;
+        test.materials[outer].parts[1] = ids[2];
+        test_moving_sphere(&test, i < 3 ? ids[i] : outer, vec3(0, 0, 0), vec3(0, 0, 0), 6);
+        RenderStats stats = {0};
+        const Film *film = test_film(&test, 1024, &stats);
+        for (int k = 0; k < WIDTH * HEIGHT; k++) {
+            picture[i][k] = channel(film, k % WIDTH, k / WIDTH, 0);
+        }
+        test_scene_free(&test);
+    }
+    double sum = 0, most = 0;
+    for (int k = 0; k < WIDTH * HEIGHT; k++) {
+        double mean = 0.6 * (0.75 * picture[0][k] + 0.25 * picture[1][k]) + 0.4 * picture[2][k];
+        sum += picture[3][k] - mean;
+        most = fmax(most, fabs(picture[3][k] - mean));
+    }
+    assert_near(sum / (WIDTH * HEIGHT), 0, 1e-3);
+    assert_near(most, 0, 0.06);
+}
+
+// A slab of glass of 2 metres whose color is what one metre leaves: white light through it loses
+// what two surfaces reflect, in all their turns, and what the way within takes.
+static void trace_glass_absorbs_by_distance(void **state) {
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        TestScene test;
+        test_orthographic(&test);
+        test.scene.film.transparent = false;
+        test.scene.render.bounces = 32;
+        const double color[3] = {1, 0.6, 0.1}, depth = i == 2 ? 0 : 1;
+        test_light(&test, LIGHT_SKY, (double[]){1, 1, 1, 1}, 4);
+        uint32_t glass =
+            test_material(&test, MATERIAL_GLASS,
+                          (double[]){color[0], color[1], color[2], i ? 1.5 : 1, 0, depth}, 6);
+        test_moving_square(&test, glass, vec3(0, 0, 1), vec3(0, 0, 0), 40);
+        test_turned_square(&test, glass, -1, 40);
+        RenderStats stats = {0};
+        const Film *film = test_film(&test, 256, &stats);
+        for (int c = 0; c < 3; c++) {
+            double mean = 0, r = i ? 0.04 : 0, a = i < 2 ? color[c] * color[c] : color[c];
+            for (int k = 0; k < WIDTH * HEIGHT; k++) {
+                mean += channel(film, k % WIDTH, k / WIDTH, c) / (WIDTH * HEIGHT);
+            }
+            // Of what enters, (1 - r): through after an even, back after an odd number of turns.
+            // With a tint by surfaces each passage takes its root.
+            double passes = i < 2 ? a * (1 - r) * (1 - r) / (1 - a * a * r * r)
+                                  : a * (1 - r) * (1 - r) / (1 - r * r);
+            double returns = i < 2 ? r + r * a * a * (1 - r) * (1 - r) / (1 - a * a * r * r)
+                                   : r + r * a * (1 - r) * (1 - r) / (1 - r * r);
+            assert_near(mean, passes + returns, 0.002);
+        }
+        test_scene_free(&test);
+    }
+}
+
+static double mean_of(const Film *film, int c) {
+    double sum = 0;
+    for (int k = 0; k < WIDTH * HEIGHT; k++) {
+        sum += channel(film, k % WIDTH, k / WIDTH, c);
+    }
+    return sum / (WIDTH * HEIGHT);
+}
+
+// Layers that are not opaque: what is seen through them and their shadows, in closed form.
+static void trace_through_layers(void **state) {
+    (void)state;
+    TestScene test;
+    test_orthographic(&test);
+    test_light(&test, LIGHT_SKY, (double[]){1, 1, 1, 1}, 4);
+    uint32_t third = test_material(&test, MATERIAL_GLOW, (double[]){2, 2, 2, 1}, 4);
+    uint32_t half = test_material(&test, MATERIAL_GLOW, (double[]){5, 5, 5, 1}, 4);
+    test.materials[third].opacity = test_numbers(&test, (double[]){0.3}, 1);
+    test.materials[half].opacity = test_numbers(&test, (double[]){0.5}, 1);
+    test_moving_square(&test, third, vec3(0, 0, 3), vec3(0, 0, 0), 40);
+    test_moving_square(&test, half, vec3(0, 0, 2), vec3(0, 0, 0), 40);
+    for (int i = 0; i < 2; i++) {
+        test.scene.film.transparent = i;
+        RenderStats stats = {0};
+        const Film *film = test_film(&test, 256, &stats);
+        assert_near(mean_of(film, 0), 0.3 * 2 + 0.7 * 0.5 * 5 + (i ? 0 : 0.35), 0.01);
+        assert_near(mean_of(film, 3), i ? 0.65 : 1, 0.005);
+    }
+    test_scene_free(&test);
+
+    test_orthographic(&test); // the same between the sun and a floor that the camera sees alone
+    test_light(&test, LIGHT_SUN, (double[]){0, 0.6, 0.8, 2, 1, 1, 1, 0}, 8);
+    uint32_t grey = test_material(&test, MATERIAL_MATTE, (double[]){0.5, 0.5, 0.5}, 3);
+    const double opacities[2] = {0.3, 0.5};
+    test_moving_square(&test, grey, vec3(0, 0, 0), vec3(0, 0, 0), 40);
+    for (int i = 0; i < 2; i++) {
+        uint32_t layer = test_material(&test, MATERIAL_MATTE, (double[]){1, 1, 1}, 3);
+        test.materials[layer].opacity = test_numbers(&test, &opacities[i], 1);
+        test_moving_square(&test, layer, vec3(0, 0, 1 + i), vec3(0, 0, 0), 40);
+        test.shapes[1 + i].seen[RAY_CAMERA] = test_numbers(&test, (double[]){0}, 1);
+    }
+    RenderStats stats = {0};
+    const Film *film = test_film(&test, 4, &stats);
+    double expected = 0.35 * 2 * 0.8 * 0.5 / 3.141592653589793;
+    assert_near(channel(film, 3, 3, 0), expected, 1e-7);
+    assert_near(mean_of(film, 0), expected, 1e-7);
+    test_scene_free(&test);
+}
+
+// A square that the camera, shadow rays or a mirror meet in the first half of the shutter's time
+// alone, and the others never: 1 of a glow, half of a sun, half of what a mirror shows of a glow.
+static void trace_asks_who_sees(void **state) {
+    (void)state;
+    static const double white[4] = {1, 1, 1, 0}, no = 0;
+    for (int kind = 0; kind < RAY_KINDS; kind++) {
+        TestScene test;
+        test_orthographic(&test);
+        test.scene.shutter = (ShutterSettings){.length = 1, .open = 0};
+        test.scene.render.bounces = kind == RAY_BOUNCE;
+        test_light(&test, LIGHT_SUN, (double[]){0, 0, 1, 1, 1, 1, 1, 0}, 8);
+        uint32_t glow = test_material(&test, MATERIAL_GLOW, (double[]){1, 1, 1, 2}, 4);
+        uint32_t floor = kind == RAY_BOUNCE ? test_material(&test, MATERIAL_METAL, white, 4)
+                                            : test_material(&test, MATERIAL_MATTE,
+                                                            kind ? white : (double[]){0, 0, 0}, 3);
+        test_moving_square(&test, glow, vec3(0, 0, 2), vec3(0, 0, 0), 3);
+        test_moving_square(&test, floor, vec3(0, 0, 0), vec3(0, 0, 0), 40);
+        Instr code[] = {{.op = OP_INPUT, .table = IN_T},
+                        {.op = OP_CONST, .value = 0.5 / 24},
+                        {.op = OP_LT, .a = 0, .b = 1}};
+        const uint32_t out = 2;
+        for (int k = 0; k < RAY_KINDS; k++) {
+            test.shapes[0].seen[k] = k == kind ? program_new(&test.arena, code, 3, &out, 1, NULL, 0)
+                                               : test_numbers(&test, &no, 1);
+        }
+        RenderStats stats = {0};
+        const Film *film = test_film(&test, 256, &stats);
+        double middle = channel(film, WIDTH / 2, HEIGHT / 2, 0), pi = 3.141592653589793;
+        assert_near(middle, kind == RAY_SHADOW ? 0.5 / pi : 1, kind == RAY_SHADOW ? 0.002 : 0.01);
+        assert_near(channel(film, 0, 0, 0), kind == RAY_SHADOW ? 1 / pi : 0, 1e-8);
+        test_scene_free(&test);
+    }
+}
+
+// A ball over a catcher that the camera does not see: under a sky it takes the light of its solid
+// angle, weighed by the cosine, r^2 / d^2; with a sun in its zenith the sun's share too. What lies
+// behind is darkened, or, on a transparent film, the shadow is the picture's alpha.
+static void trace_catches_shadows(void **state) {
+    (void)state;
+    for (int i = 0; i < 4; i++) {
+        TestScene test;
+        bool has_sun = i & 1;
+        test_orthographic(&test);
+        test.scene.film.transparent = i & 2;
+        test_light(&test, LIGHT_SKY, (double[]){0.5, 0.5, 0.5, 1}, 4);
+        if (has_sun) {
+            test_light(&test, LIGHT_SUN, (double[]){0, 0, 1, 3, 1, 1, 1, 0}, 8);
+        }
+        uint32_t grey = test_material(&test, MATERIAL_MATTE, (double[]){0.5, 0.5, 0.5}, 3);
+        test_moving_square(&test, grey, vec3(0, 0, 0), vec3(0, 0, 0), 40);
+        test_moving_sphere(&test, grey, vec3(0.5, 0.5, 4), vec3(0, 0, 0), 2);
+        test.shapes[0].is_catcher = true;
+        test.shapes[1].seen[RAY_CAMERA] = test_numbers(&test, (double[]){0}, 1);
+        RenderStats stats = {0};
+        const Film *film = test_film(&test, 4096, &stats);
+        double sky = 0.5 * 3.141592653589793, sun = has_sun ? 3 : 0;
+        double shadow = (0.25 * sky + sun) / (sky + sun);
+        if (i & 2) {
+            assert_near(channel(film, WIDTH / 2, HEIGHT / 2 - 1, 3), shadow, 0.01);
+            assert_near(channel(film, WIDTH / 2, HEIGHT / 2 - 1, 0), 0, 0);
+        } else {
+            assert_near(channel(film, WIDTH / 2, HEIGHT / 2 - 1, 0), 0.5 * (1 - shadow), 0.01);
+            assert_near(channel(film, 0, 0, 3), 1, 0);
+        }
         test_scene_free(&test);
     }
 }
@@ -250,13 +443,13 @@ static void trace_mirrors_at_the_rays_time(void **state) {
     test_orthographic(&test);
     test.scene.shutter = (ShutterSettings){.length = 1, .open = 0};
     test.scene.render.bounces = 1;
-    uint32_t mirror = test_material(&test, MATERIAL_METAL, (double[]){0.9, 0.9, 0.9, 0}, 4);
+    uint32_t mirror = test_material(&test, MATERIAL_METAL, (double[]){1, 1, 1, 0}, 4);
     uint32_t strobe = test_strobe(&test, 0.5 / 24, 3);
     test_tilted_square(&test, mirror, 6);
     test_facing_square(&test, strobe, 30, 7);
     RenderStats stats = {0};
     const Film *film = test_film(&test, 256, &stats);
-    assert_near(channel(film, WIDTH / 2, HEIGHT / 2, 0), 0.9 * 3 * 0.5, 0.01);
+    assert_near(channel(film, WIDTH / 2, HEIGHT / 2, 0), 3 * 0.5, 0.01);
     assert_near(channel(film, 0, 0, 0), 0, 0);
     assert_true(stats.bounce_rays > 0);
     test_scene_free(&test);
@@ -291,7 +484,7 @@ static void trace_weighs_both_ways(void **state) {
         test_orthographic(&test);
         const double angle = 0.3;
         test_light(&test, LIGHT_SUN, (double[]){0.1, 0, 1, 1, 1, 1, 1, angle}, 8);
-        double out[4] = {0.8, 0.8, 0.8, roughs[i]};
+        double out[BSDF_MAX_OUT] = {0.8, 0.8, 0.8, roughs[i], 1, 1, 1};
         uint32_t metal = test_material(&test, MATERIAL_METAL, out, 4);
         test_moving_square(&test, metal, vec3(0, 0, 0), vec3(0, 0, 0), 9);
         RenderStats stats = {0};
@@ -300,7 +493,7 @@ static void trace_weighs_both_ways(void **state) {
         PathScene paths;
         path_scene_init(&paths, &test.arena, &test.scene);
         Bsdf bsdf;
-        bsdf_init(&bsdf, MATERIAL_METAL, out, 0, 1, paths.table);
+        bsdf_init(&bsdf, MATERIAL_METAL, out, false, 0, 1, paths.materials.table);
         enum { STEPS = 300 };
         double tilt = atan(0.1), spread = 1 - cos(angle / 2), sum = 0;
         for (int k = 0; k < STEPS * STEPS; k++) {
@@ -391,6 +584,11 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(trace_blurs_a_sphere),
     cmocka_unit_test(trace_blurs_a_square),
     cmocka_unit_test(trace_furnace),
+    cmocka_unit_test(trace_mixes_pictures),
+    cmocka_unit_test(trace_glass_absorbs_by_distance),
+    cmocka_unit_test(trace_through_layers),
+    cmocka_unit_test(trace_asks_who_sees),
+    cmocka_unit_test(trace_catches_shadows),
     cmocka_unit_test(trace_direct_light),
     cmocka_unit_test(trace_mirrors_at_the_rays_time),
     cmocka_unit_test(trace_mirrors_show_the_sun),
