@@ -85,6 +85,57 @@ static void lower_frames(Eval *ev, const Object *object, FilmSettings *film) {
     film->last_frame = (int64_t)high;
 }
 
+static const char *const layer_names[LAYER_COUNT] = {
+#define LAYER(id, name, channels, help) name,
+#include "render/layers.def"
+#undef LAYER
+};
+
+static bool find_layer(const char *name, uint32_t *layers) {
+    for (int i = 0; i < LAYER_COUNT; i++) {
+        if (strcmp(name, layer_names[i]) == 0) {
+            *layers |= 1u << i;
+            return true;
+        }
+    }
+    return false;
+}
+
+static void refuse_layer(Eval *ev, const Given *aov, const char *name) {
+    static const char *const all = "they are"
+#define LAYER(id, name, channels, help) " " name
+#include "render/layers.def"
+#undef LAYER
+        ;
+    const char *near = diag_nearest(name, layer_names, LAYER_COUNT);
+    eval_error(ev, &aov->env, aov->node,
+               near ? arena_printf(ev->arena, "did you mean \"%s\"?", near) : all,
+               "there is no layer \"%s\"", name);
+}
+
+static uint32_t lower_layers(Eval *ev, const Object *object) {
+    const Given *aov = object_given(object, PROPERTY_FILM_AOV);
+    if (!aov || !value_is(&aov->value, VALUE_LIST)) {
+        return LAYERS_DEFAULT;
+    }
+    uint32_t layers = 0;
+    for (uint32_t i = 0; i < aov->value.list->n; i++) {
+        const Value *item = &aov->value.list->items[i];
+        if (!value_is(item, VALUE_STRING)) {
+            if (!value_is_poison(item)) {
+                eval_error(ev, &aov->env, aov->node, "write [\"z\", \"motion\"]",
+                           "aov lists names of layers");
+            }
+            return layers;
+        }
+        const char *name = symbol_text(ev->symbols, item->symbol);
+        if (!find_layer(name, &layers)) {
+            refuse_layer(ev, aov, name);
+        }
+    }
+    return layers;
+}
+
 void lower_film(Eval *ev, const Object *object) {
     Lowering *l = ev->lowering;
     if (!lower_once(ev, &l->film, object)) {
@@ -96,6 +147,7 @@ void lower_film(Eval *ev, const Object *object) {
     film->fps = ev->fps;
     film->transparent = known(ev, object, PROPERTY_FILM_TRANSPARENT) != 0;
     film->exposure = known(ev, object, PROPERTY_FILM_EXPOSURE);
+    film->layers = lower_layers(ev, object);
     const Given *out = object_given(object, PROPERTY_FILM_OUT);
     if (out && value_is(&out->value, VALUE_STRING)) {
         const char *path = symbol_text(ev->symbols, out->value.symbol);

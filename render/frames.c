@@ -101,7 +101,7 @@ static int render_blocks(Run *run) {
     world_place_camera(&run->arena, &run->scene);
     survey_scene(&run->scene, options, run->reporter);
     path_scene_init(&run->paths, &run->arena, &run->scene);
-    film_init(&run->film, &run->arena, settings->width, settings->height);
+    film_init(&run->film, &run->arena, settings->layers, settings->width, settings->height);
     troubles_init(&run->troubles, &run->arena, &run->scene);
     troubles_init(&run->reported, &run->arena, &run->scene);
     uint64_t pixels = (uint64_t)settings->width * settings->height;

@@ -118,6 +118,7 @@ typedef struct {
 // A place on a surface, seen from the viewer's side.
 typedef struct {
     SurfacePoint point;
+    uint32_t object;
     Vec3 x, y, N, Ng; // the shading frame; both normals on the viewer's side
     Vec3 wo;          // towards the viewer, in the frame
     Vec3 start;       // where rays leave
@@ -313,6 +314,7 @@ static bool follow(PathTracer *tracer, Path *path, Vertex *vertex) {
     }
     if (is_hit && wants_surface(tracer, path)) {
         world_surface(view, path->origin, path->dir, &hit, &vertex->point);
+        vertex->object = hit.object;
         orient(vertex, path->dir);
     }
     return is_hit;
@@ -343,24 +345,70 @@ static bool scatter(PathTracer *tracer, Path *path, Vertex *vertex) {
     return goes_on && bounce(tracer, path, vertex);
 }
 
+// Where the camera's clock is differenced for the motion layer: so much of a frame period before
+// and after. The error is (angular velocity * step)^2 / 6 of the motion.
+static const double MOTION_STEP = 0x1p-12;
+
+// The picture point of what is at P and moves with `velocity`, seconds after the sample's time.
+// What nothing was met of is as far as can be, along `dir` (unit length).
+static bool project_later(const PathTracer *tracer, const Vertex *met, Vec3 dir, double seconds,
+                          double out[2]) {
+    const PathScene *paths = tracer->paths;
+    Camera camera =
+        paths->camera_moves ? camera_at(paths->scene, tracer->seconds + seconds) : tracer->camera;
+    double scale;
+    Vec3 P =
+        met ? vec3_madd(met->point.P, seconds, met->point.velocity) : vec3_add(camera.from, dir);
+    return camera.is_valid && camera_project(&camera, P, &out[0], &out[1], &scale);
+}
+
+static void find_motion(const PathTracer *tracer, const Vertex *met, Vec3 dir, double motion[2]) {
+    double step = MOTION_STEP / tracer->paths->scene->film.fps, before[2], after[2];
+    bool is_far = !met && tracer->camera.kind == CAMERA_ORTHOGRAPHIC;
+    if (is_far || !project_later(tracer, met, dir, -step, before) ||
+        !project_later(tracer, met, dir, step, after)) {
+        return;
+    }
+    for (int i = 0; i < 2; i++) {
+        motion[i] = (after[i] - before[i]) / (2 * MOTION_STEP);
+    }
+}
+
+// What the layers want to know of what the camera's ray met; NULL: nothing.
+static void describe(const PathTracer *tracer, const Vertex *met, Vec3 dir, FilmSample *sample) {
+    const FilmSettings *film = &tracer->paths->scene->film;
+    if (film->layers & 1u << LAYER_MOTION) {
+        find_motion(tracer, met, dir, sample->motion);
+    }
+    if (!met) {
+        return;
+    }
+    sample->is_hit = true;
+    sample->depth = vec3_dot(vec3_sub(met->point.P, tracer->camera.from), tracer->camera.forward);
+    sample->normal = met->N;
+    sample->position = met->point.P;
+    sample->object = met->object;
+    sample->material = met->point.material;
+    sample->film_time = tracer->seconds * film->fps - (double)(tracer->frame - 1);
+}
+
 static void trace_path(PathTracer *tracer, Path *path, FilmSample *sample) {
     const Scene *scene = tracer->paths->scene;
-    Vertex vertex;
+    Vertex vertex = {.bsdf = {.kind = MATERIAL_GLOW}};
     bool goes_on = true;
     while (goes_on) {
-        bool is_hit = follow(tracer, path, &vertex);
-        if (path->depth == 0) {
+        bool is_hit = follow(tracer, path, &vertex), is_first = path->depth == 0;
+        if (is_first) {
             sample->alpha = is_hit || !scene->film.transparent;
-            if (is_hit) {
-                Vec3 seen = vec3_sub(vertex.point.P, tracer->camera.from);
-                sample->depth = vec3_dot(seen, tracer->camera.forward);
-                sample->normal = vertex.N;
-            }
+            describe(tracer, is_hit ? &vertex : NULL, path->dir, sample);
         }
         if (!is_hit && (path->depth > 0 || !scene->film.transparent)) {
             add_scaled(path->color, path->weight, tracer->lights.sky, 1);
         }
         goes_on = is_hit && wants_surface(tracer, path) && scatter(tracer, path, &vertex);
+        if (is_first && vertex.bsdf.kind != MATERIAL_GLOW) {
+            memcpy(sample->albedo, vertex.bsdf.color, sizeof sample->albedo);
+        }
     }
 }
 
@@ -374,15 +422,19 @@ void path_trace(PathTracer *tracer, const Sampler *sampler, uint32_t x, uint32_t
         tracer->counters.time_samples++;
         set_time(tracer, time);
     }
-    FilmSample sample = {.depth = INFINITY};
+    FilmSample sample = {.u = time,
+                         .dx = filter_offset(&paths->filter, u[SAMPLE_X]),
+                         .dy = filter_offset(&paths->filter, u[SAMPLE_Y]),
+                         .index = index,
+                         .depth = INFINITY};
     if (tracer->camera.is_valid) {
         Path path = {.sampler = sampler, .index = index, .weight = {1, 1, 1}};
-        camera_ray(&tracer->camera, x + 0.5 + filter_offset(&paths->filter, u[SAMPLE_X]),
-                   y + 0.5 + filter_offset(&paths->filter, u[SAMPLE_Y]), &path.origin, &path.dir);
+        camera_ray(&tracer->camera, x + 0.5 + sample.dx, y + 0.5 + sample.dy, &path.origin,
+                   &path.dir);
         tracer->counters.camera_rays++;
         trace_path(tracer, &path, &sample);
         memcpy(sample.color, path.color, sizeof sample.color);
     }
     tracer->counters.film_samples++;
-    tracer->counters.dropped_samples += !film_add(film, x, y, &sample, time, index);
+    tracer->counters.dropped_samples += !film_add(film, x, y, &sample);
 }

@@ -11,29 +11,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "render/film_settings.h"
 #include "render/mesh.h"
 #include "render/program.h"
 
 // Where in the source a thing was written; opaque to the renderer, handed back in reports.
 typedef uint64_t SourceRef;
-
-// Over how much of its neighbourhood a pixel is averaged.
-typedef enum {
-    FILTER_BLACKMAN_HARRIS, // the default: a bell 3 pixels wide
-    FILTER_BOX,             // the pixel's own square
-} FilterKind;
-
-typedef struct {
-    uint32_t width, height;          // 1..65536
-    double fps;                      // > 0
-    int64_t first_frame, last_frame; // inclusive, frame 1 begins at t = 0
-    const char *out;                 // pattern of the output's path, or NULL
-    FilterKind filter;
-    bool transparent; // the sky is not part of the picture
-    double exposure;  // stops, for 8-bit pictures only
-    const char **aov; // names asked for
-    uint32_t n_aov;
-} FilmSettings;
 
 // The shutter of frame n is open from (n-1)/fps + open to (n-1)/fps + open + length.
 typedef struct {

@@ -14,13 +14,17 @@ void test_scene_init(TestScene *test, uint32_t width, uint32_t height) {
     memset(test, 0, sizeof *test);
     test->n_threads = 1;
     test->reporter = (Reporter){count_message, test};
-    test->scene = (Scene){
-        .film = {.width = width, .height = height, .fps = 24, .first_frame = 1, .last_frame = 1},
-        .camera = {.automatic = true},
-        .lights = test->lights,
-        .materials = test->materials,
-        .shapes = test->shapes,
-        .hash = "0123456789abcdef0123456789abcdef"};
+    test->scene = (Scene){.film = {.width = width,
+                                   .height = height,
+                                   .fps = 24,
+                                   .first_frame = 1,
+                                   .last_frame = 1,
+                                   .layers = LAYERS_DEFAULT},
+                          .camera = {.automatic = true},
+                          .lights = test->lights,
+                          .materials = test->materials,
+                          .shapes = test->shapes,
+                          .hash = "0123456789abcdef0123456789abcdef"};
 }
 
 void test_scene_free(TestScene *test) {

@@ -20,7 +20,8 @@ static const Film *trace(TestScene *test, uint32_t spp, RenderStats *stats) {
                              .materials = ARENA_ARRAY(arena, test->scene.n_materials, bool)};
     Progress progress = {.kind = PROGRESS_NONE};
     Film *film = ARENA_NEW(arena, Film);
-    film_init(film, arena, test->scene.film.width, test->scene.film.height);
+    film_init(film, arena, test->scene.film.layers, test->scene.film.width,
+              test->scene.film.height);
     path_scene_init(&paths, arena, &test->scene);
     World *world = world_build(&test->scene, &options, &frame, 1, &test->reporter, &n_taken, stats);
     assert_non_null(world);
@@ -32,8 +33,8 @@ static const Film *trace(TestScene *test, uint32_t spp, RenderStats *stats) {
 }
 
 static double channel(const Film *film, int x, int y, int c) {
-    const FilmPixel *pixel = &film->pixels[y * (int)film->width + x];
-    return (double)pixel->sum[c] / 0x1p28 / pixel->n;
+    size_t i = (size_t)y * film->width + (size_t)x;
+    return (double)film->sum[i][c] / 0x1p28 / film->n[i];
 }
 
 // Twice integrated: the length below x of a ramp from 0 at 0 to 1 at v.
@@ -373,17 +374,18 @@ static void trace_depth_and_normal(void **state) {
     test_moving_square(&test, glow, vec3(0, 0, 0), vec3(0, 0, -24 * 24), 5);
     RenderStats stats = {0};
     const Film *film = trace(&test, 256, &stats);
-    const FilmPixel *pixel = &film->pixels[HEIGHT / 2 * WIDTH + WIDTH / 2];
-    assert_near(pixel->depth, 10 + 12, 24.0 / 256);
-    assert_near(pixel->normal[2], 1, 1e-6);
-    assert_true(isinf(film->pixels[0].depth));
-    assert_near(film->pixels[0].normal[2], 0, 0);
+    size_t i = HEIGHT / 2 * WIDTH + WIDTH / 2;
+    assert_near(film->depth[i], 10 + 12, 24.0 / 256);
+    assert_near(film->normal[i][2], 1, 1e-6);
+    assert_true(isinf(film->depth[0]));
+    assert_near(film->normal[0][2], 0, 0);
     test_scene_free(&test);
 }
 
 static void trace_same_film_for_any_threads(void **state) {
     (void)state;
-    static FilmPixel first[WIDTH * HEIGHT];
+    Arena arena = {0};
+    void *first = NULL;
     static const uint32_t threads[] = {1, 2, 5};
     for (int i = 0; i < 3; i++) {
         TestScene test;
@@ -391,6 +393,7 @@ static void trace_same_film_for_any_threads(void **state) {
         test.n_threads = threads[i];
         test.scene.film.filter = FILTER_BLACKMAN_HARRIS;
         test.scene.film.transparent = false;
+        test.scene.film.layers = (1u << LAYER_COUNT) - 1;
         test.scene.shutter = (ShutterSettings){.length = 3, .open = -1};
         test.scene.render.bounces = 8;
         test_light(&test, LIGHT_SKY, (double[]){0.2, 0.3, 0.5, 1}, 4);
@@ -401,12 +404,13 @@ static void trace_same_film_for_any_threads(void **state) {
         test_moving_square(&test, gloss, vec3(0, 0, -6), vec3(-40, 0, 0), 9);
         RenderStats stats = {0};
         const Film *film = trace(&test, 16, &stats);
-        if (i == 0) {
-            memcpy(first, film->pixels, sizeof first);
-        }
-        assert_memory_equal(first, film->pixels, sizeof first);
+        size_t n;
+        void *bytes = film_save(film, &arena, &n);
+        first = i == 0 ? bytes : first;
+        assert_memory_equal(first, bytes, n);
         test_scene_free(&test);
     }
+    arena_free(&arena);
 }
 
 static const struct CMUnitTest tests[] = {
