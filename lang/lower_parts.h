@@ -106,7 +106,9 @@ const Program *lower_breaks(Eval *ev, const Ref *refs, uint32_t n);
 // NULL: always.
 const Program *lower_visible(Eval *ev, const Place *place);
 
-uint32_t lower_material(Eval *ev, const MaterialValue *material, SourceRef where);
+// The material of an object, as it was given; NULL: the default one.
+uint32_t lower_material(Eval *ev, const MaterialValue *material, const Object *object,
+                        const Given *given);
 
 // Data that covers these seconds: a warning where the film reads outside of them.
 void lower_note_data(Eval *ev, const Given *given, double first, double last);

@@ -223,21 +223,19 @@ static int compare_counts(const void *a, const void *b) {
     return p->id < q->id ? -1 : p->id > q->id;
 }
 
-FilmCount *film_counts(const Film *film, Layer layer, size_t pixel, Arena *arena, uint32_t *n) {
-    const FilmIds *first = &film->ids[layer == LAYER_MATERIAL][pixel];
-    uint32_t most = 0, count = 0;
-    for (const FilmIds *ids = first; ids; ids = ids->more) {
-        most += FILM_IDS;
-    }
-    FilmCount *counts = ARENA_ARRAY(arena, most, FilmCount);
-    for (const FilmIds *ids = first; ids; ids = ids->more) {
+uint32_t film_counts(const Film *film, Layer layer, size_t pixel, Arena *arena, FilmCounts *out) {
+    uint32_t n = 0;
+    const FilmIds *ids = &film->ids[layer == LAYER_MATERIAL][pixel];
+    for (; ids; ids = ids->more) {
         for (int i = 0; i < FILM_IDS && ids->n[i]; i++) {
-            counts[count++] = (FilmCount){ids->id[i], ids->n[i]};
+            out->counts = arena_grow(arena, out->counts, n, &out->capacity, sizeof *out->counts);
+            out->counts[n++] = (FilmCount){ids->id[i], ids->n[i]};
         }
     }
-    qsort(counts, count, sizeof *counts, compare_counts);
-    *n = count;
-    return counts;
+    if (n > 1) {
+        qsort(out->counts, n, sizeof *out->counts, compare_counts);
+    }
+    return n;
 }
 
 // Bytes that are written one after the other, or read.
@@ -287,14 +285,14 @@ void *film_save(const Film *film, Arena *arena, size_t *n) {
     }
     ARRAYS
 #undef ARRAY
+    FilmCounts room = {0};
     for (int k = 0; k < N_FILM_IDS; k++) {
         for (size_t i = 0; film->ids[k] && i < pixels_of(film); i++) {
-            Arena scratch = {0};
-            uint32_t n_counts;
-            const FilmCount *counts = film_counts(film, layer[k], i, &scratch, &n_counts);
+            uint32_t n_counts = film_counts(film, layer[k], i, arena, &room);
             put(&bytes, &n_counts, sizeof n_counts);
-            put(&bytes, counts, n_counts * sizeof *counts);
-            arena_free(&scratch);
+            for (uint32_t c = 0; c < n_counts; c++) {
+                put(&bytes, &room.counts[c], sizeof room.counts[c]);
+            }
         }
     }
     *n = (size_t)(bytes.at - memory);

@@ -78,12 +78,18 @@ void *film_save(const Film *film, Arena *arena, size_t *n);
 // film, which is then cleared.
 bool film_restore(Film *film, const void *bytes, size_t n);
 
-// What is seen in a pixel, by falling counts, at equal ones by rising number.
 typedef struct {
     uint32_t id, n;
 } FilmCount;
-// All of them, in the arena; *n gets how many. layer: LAYER_OBJECT or LAYER_MATERIAL.
-FilmCount *film_counts(const Film *film, Layer layer, size_t pixel, Arena *arena, uint32_t *n);
+// Room that is used again from pixel to pixel; zero at first.
+typedef struct {
+    FilmCount *counts;
+    size_t capacity;
+} FilmCounts;
+
+// What is seen in a pixel, by falling counts, at equal ones by rising id; returns how many. layer:
+// LAYER_OBJECT or LAYER_MATERIAL. The room grows in the arena.
+uint32_t film_counts(const Film *film, Layer layer, size_t pixel, Arena *arena, FilmCounts *out);
 
 // Channels R G B A and those of the layers but objects and materials, from the arena;
 // n_attributes is 0. Pixels without samples are 0.

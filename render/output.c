@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "render/cryptomatte.h"
+
 enum { PATH_SIZE = 4096, MESSAGE_SIZE = 512 };
 
 // Where in a pattern the frame's number goes.
@@ -163,6 +165,7 @@ bool output_write(const Scene *scene, const RenderOptions *options, const Film *
     Image image;
     film_image(film, &arena, &image);
     add_header(scene, options, frame, &arena, &image);
+    cryptomatte_add(scene, film, &arena, &image);
     bool is_written = frame_path(options, frame, reporter, path) &&
                       (image_write(path, &image, scene->film.transparent, scene->film.exposure,
                                    message, sizeof message) ||

@@ -69,6 +69,7 @@ typedef struct {
     MaterialKind kind;
     const Program *program;
     SourceRef where;
+    const char *label; // "red" where a name was written, else "matte@12"
 } Material;
 
 typedef enum {

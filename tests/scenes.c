@@ -74,7 +74,7 @@ void test_light(TestScene *test, LightKind kind, const double *out, uint32_t n) 
 
 uint32_t test_material(TestScene *test, MaterialKind kind, const double *out, uint32_t n) {
     test->materials[test->scene.n_materials] =
-        (Material){.kind = kind, .program = line(test, out, NULL, n)};
+        (Material){.kind = kind, .program = line(test, out, NULL, n), .label = "material"};
     return test->scene.n_materials++;
 }
 
@@ -83,8 +83,10 @@ uint32_t test_strobe(TestScene *test, double second, double power) {
                     {.op = OP_CONST, .value = second}, {.op = OP_CONST, .value = power},
                     {.op = OP_LE, .a = 2, .b = 1},     {.op = OP_MUL, .a = 4, .b = 3}};
     const uint32_t out[4] = {0, 0, 0, 5};
-    test->materials[test->scene.n_materials] = (Material){
-        .kind = MATERIAL_GLOW, .program = program_new(&test->arena, code, 6, out, 4, NULL, 0)};
+    test->materials[test->scene.n_materials] =
+        (Material){.kind = MATERIAL_GLOW,
+                   .program = program_new(&test->arena, code, 6, out, 4, NULL, 0),
+                   .label = "strobe"};
     return test->scene.n_materials++;
 }
 
