@@ -118,6 +118,11 @@ static int info_image(Arena *arena, const char *path) {
         return STATUS_FILES;
     }
     printf("%-20s %ux%u\n", "size", image.width, image.height);
+    if (image.crop.width) {
+        printf("%-20s %d,%lld,%d,%lld of %ux%u\n", "crop", image.crop.x,
+               (long long)image.crop.x + image.width, image.crop.y,
+               (long long)image.crop.y + image.height, image.crop.width, image.crop.height);
+    }
     printf("%-20s", "channels");
     for (uint32_t i = 0; i < image.n_channels; i++) {
         printf(" %s:%s", image.channels[i].name, image.channels[i].half ? "half" : "float");

@@ -153,6 +153,26 @@ static bool parse_size(const Reader *reader, OptionId option, const char *text,
     return true;
 }
 
+static bool parse_crop(const Reader *reader, OptionId option, const char *text,
+                       OptionValue *value) {
+    const char *at = text;
+    uint64_t crop[4];
+    bool is_read = true;
+    for (int i = 0; i < 4 && is_read; i++) {
+        is_read = read_integer(&at, &crop[i]) && crop[i] <= option_infos[option].most &&
+                  *at == (i < 3 ? ',' : '\0');
+        at++;
+    }
+    if (!is_read || crop[0] >= crop[1] || crop[2] >= crop[3]) {
+        return expected(reader, option, text,
+                        "X0,X1,Y0,Y1 with X0 below X1 and Y0 below Y1, such as 0,320,0,240");
+    }
+    for (int i = 0; i < 4; i++) {
+        value->crop[i] = (uint32_t)crop[i];
+    }
+    return true;
+}
+
 static bool parse_shutter(const Reader *reader, OptionId option, const char *text,
                           OptionValue *value) {
     static const char *const units[] = {"deg", "turn", "rad", "f", "s", "ms", "us"};
@@ -230,6 +250,8 @@ static bool parse_value(const Reader *reader, OptionId option, const char *text,
         return parse_bytes(reader, option, text, value);
     case OPTION_KIND_SIZE:
         return parse_size(reader, option, text, value);
+    case OPTION_KIND_CROP:
+        return parse_crop(reader, option, text, value);
     case OPTION_KIND_SHUTTER:
         return parse_shutter(reader, option, text, value);
     case OPTION_KIND_FRAMES:

@@ -159,6 +159,25 @@ static const AccelType *find_accel(const char *name) {
     return found;
 }
 
+static bool set_crop(const Session *session, RenderOptions *render) {
+    const OptionValue *value = &session->options->values[OPTION_CROP];
+    const FilmSettings *film = &session->scene->film;
+    if (!value->is_set) {
+        return true;
+    }
+    const uint32_t *crop = value->crop;
+    if (crop[1] > film->width || crop[3] > film->height) {
+        fprintf(stderr, "st4: error: --crop: '%s' reaches beyond the picture of %ux%u pixels\n",
+                value->text, film->width, film->height);
+        return false;
+    }
+    render->crop_x0 = crop[0];
+    render->crop_x1 = crop[1];
+    render->crop_y0 = crop[2];
+    render->crop_y1 = crop[3];
+    return true;
+}
+
 bool session_render_options(const Session *session, RenderOptions *render) {
     const OptionValue *values = session->options->values;
     const RenderSettings *settings = &session->scene->render;
@@ -179,6 +198,9 @@ bool session_render_options(const Session *session, RenderOptions *render) {
         .software = "st4 " ST4_VERSION,
         .command_line = session->options->recipe,
     };
+    if (!set_crop(session, render)) {
+        return false;
+    }
     AccelOptions *accel = &render->accel_options;
     accel->kappa = values[OPTION_KAPPA].number;
     accel->leaf_size = (uint32_t)values[OPTION_LEAF_SIZE].integer;

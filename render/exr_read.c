@@ -260,6 +260,19 @@ static void make_channels(Arena *arena, const exr_attr_chlist_t *list, Image *im
     }
 }
 
+static void note_crop(const exr_attr_box2i_t *part, const exr_attr_box2i_t *whole,
+                      ImageCrop *crop) {
+    int64_t width = (int64_t)whole->max.x - whole->min.x + 1;
+    int64_t height = (int64_t)whole->max.y - whole->min.y + 1;
+    int64_t x = (int64_t)part->min.x - whole->min.x, y = (int64_t)part->min.y - whole->min.y;
+    bool is_whole = x == 0 && y == 0 && part->max.x == whole->max.x && part->max.y == whole->max.y;
+    bool is_sane = width > 0 && height > 0 && width <= EXR_SIDE_LIMIT && height <= EXR_SIDE_LIMIT &&
+                   x >= INT32_MIN && x <= INT32_MAX && y >= INT32_MIN && y <= INT32_MAX;
+    if (!is_whole && is_sane) {
+        *crop = (ImageCrop){(int32_t)x, (int32_t)y, (uint32_t)width, (uint32_t)height};
+    }
+}
+
 static bool read_part(ExrStream *stream, exr_context_t context, Arena *arena, Image *image) {
     exr_storage_t storage;
     exr_attr_box2i_t window;
@@ -269,6 +282,10 @@ static bool read_part(ExrStream *stream, exr_context_t context, Arena *arena, Im
     }
     image->width = (uint32_t)(window.max.x - window.min.x + 1);
     image->height = (uint32_t)(window.max.y - window.min.y + 1);
+    exr_attr_box2i_t whole;
+    if (exr_get_display_window(context, 0, &whole) == EXR_ERR_SUCCESS) {
+        note_crop(&window, &whole, &image->crop);
+    }
     ExrPlanes planes = {.width = image->width, .height = image->height};
     make_channels(arena, list, image, &planes);
     exr_decode_pipeline_t pipe = EXR_DECODE_PIPELINE_INITIALIZER;

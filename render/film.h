@@ -63,7 +63,8 @@ typedef struct {
     FilmIds *spare;
 } Film;
 
-// layers: a set; width, height >= 1; cleared. The arena is used by film_add too, under a lock.
+// layers: a set; width, height >= 1; cleared. Its corner is that of the picture; x and y may be set
+// to another one. The arena is used by film_add too, under a lock.
 void film_init(Film *film, Arena *arena, uint32_t layers, uint32_t width, uint32_t height);
 void film_clear(Film *film);
 

@@ -95,16 +95,26 @@ static int render_block(Run *run, uint32_t first, uint32_t *n) {
     return status;
 }
 
-static int render_blocks(Run *run) {
+static void make_film(Run *run) {
     const RenderOptions *options = run->options;
     const FilmSettings *settings = &run->scene.film;
+    bool is_crop = options->crop_x1 > 0;
+    film_init(&run->film, &run->arena, settings->layers,
+              is_crop ? options->crop_x1 - options->crop_x0 : settings->width,
+              is_crop ? options->crop_y1 - options->crop_y0 : settings->height);
+    run->film.x = options->crop_x0;
+    run->film.y = options->crop_y0;
+}
+
+static int render_blocks(Run *run) {
+    const RenderOptions *options = run->options;
     world_place_camera(&run->arena, &run->scene);
     survey_scene(&run->scene, options, run->reporter);
     path_scene_init(&run->paths, &run->arena, &run->scene);
-    film_init(&run->film, &run->arena, settings->layers, settings->width, settings->height);
+    make_film(run);
     troubles_init(&run->troubles, &run->arena, &run->scene);
     troubles_init(&run->reported, &run->arena, &run->scene);
-    uint64_t pixels = (uint64_t)settings->width * settings->height;
+    uint64_t pixels = (uint64_t)run->film.width * run->film.height;
     progress_begin(&run->progress, options->progress, pixels * options->spp * options->n_frames);
     int status = STATUS_FINE;
     for (uint32_t first = 0, n = 0; first < options->n_frames && status == STATUS_FINE;

@@ -28,17 +28,24 @@ typedef struct {
     uint32_t denominator;
 } ImageAttribute;
 
+// Where it is a part of a larger picture, that one's size and its own corner in it; else 0.
+typedef struct {
+    int32_t x, y;
+    uint32_t width, height;
+} ImageCrop;
+
 typedef struct {
     uint32_t width, height;
     uint32_t n_channels, n_attributes;
     ImageChannel *channels;
     ImageAttribute *attributes;
+    ImageCrop crop;
 } Image;
 
 // All functions: false with one sentence in message[n], without the file's name.
 // Files are written under a temporary name in the same folder, synced, and renamed.
 
-// One part, scan lines, ZIP.
+// One part, scan lines, ZIP. Of a crop the data window is the crop, the display window the picture.
 bool image_write_exr(const char *path, const Image *image, char *message, size_t n);
 bool image_read_exr(Arena *arena, const char *path, Image *image, char *message, size_t n);
 

@@ -166,6 +166,10 @@ bool output_write(const Scene *scene, const RenderOptions *options, const Film *
     film_image(film, &arena, &image);
     add_header(scene, options, frame, &arena, &image);
     cryptomatte_add(scene, film, &arena, &image);
+    if (film->width < scene->film.width || film->height < scene->film.height) {
+        image.crop =
+            (ImageCrop){(int32_t)film->x, (int32_t)film->y, scene->film.width, scene->film.height};
+    }
     bool is_written = frame_path(options, frame, reporter, path) &&
                       (image_write(path, &image, scene->film.transparent, scene->film.exposure,
                                    message, sizeof message) ||

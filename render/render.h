@@ -23,6 +23,8 @@ typedef struct {
     uint32_t n_frames;
     const char *out; // pattern: #### or %04d is the frame number; the ending is the format
     uint32_t spp;    // >= 1
+    // Pixels [x0, x1) of the lines [y0, y1) alone, x right and y down; all 0: the whole picture.
+    uint32_t crop_x0, crop_x1, crop_y0, crop_y1;
     uint64_t seed;
     double tolerance;   // pixels; 0: as each shape says
     uint32_t n_threads; // >= 1

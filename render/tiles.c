@@ -22,8 +22,8 @@ static void trace_pixel(PathTracer *tracer, const Job *job, uint32_t x, uint32_t
 }
 
 static uint64_t trace_tile(PathTracer *tracer, const Job *job, uint32_t x0, uint32_t y0) {
-    uint32_t x1 = least(x0 + TILE_SIZE, job->film->width);
-    uint32_t y1 = least(y0 + TILE_SIZE, job->film->height);
+    uint32_t x1 = least(x0 + TILE_SIZE, job->film->x + job->film->width);
+    uint32_t y1 = least(y0 + TILE_SIZE, job->film->y + job->film->height);
     for (uint32_t y = y0; y < y1; y++) {
         for (uint32_t x = x0; x < x1; x++) {
             trace_pixel(tracer, job, x, y);
@@ -70,8 +70,8 @@ bool tiles_trace(const PathScene *paths, const World *world, const RenderOptions
 #pragma omp for schedule(dynamic, 1)
         for (uint32_t i = 0; i < columns * rows; i++) {
             if (!interrupt_is_asked()) {
-                uint64_t n =
-                    trace_tile(&tracer, &job, i % columns * TILE_SIZE, i / columns * TILE_SIZE);
+                uint64_t n = trace_tile(&tracer, &job, film->x + i % columns * TILE_SIZE,
+                                        film->y + i / columns * TILE_SIZE);
                 progress_add(progress, n);
             }
         }

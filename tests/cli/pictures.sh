@@ -125,3 +125,16 @@ test_statistics_are_json() {
     lacks "$(cat stats.json)" nan
     lacks "$(cat stats.json)" inf
 }
+
+test_crop_is_a_part_of_the_picture() {
+    expect 0 "$ST4" "$ROOT/examples/propeller.st4" --size 64x48 -s 2 -f 3 -o part.exr -q \
+        --crop 10,30,20,48
+    expect 0 "$ST4" info part.exr
+    has "$out" 20x28
+    has "$out" '10,30,20,48 of 64x48'
+    expect 0 "$ST4" "$ROOT/examples/propeller.st4" --size 64x48 -s 2 -f 3 -o part.png -q \
+        --crop 10,30,20,48
+    expect 2 "$ST4" "$ROOT/examples/propeller.st4" --size 64x48 -s 2 -f 3 -o part.exr \
+        --crop 10,30,20,49
+    has "$err" "--crop: '10,30,20,49' reaches beyond the picture of 64x48 pixels"
+}
