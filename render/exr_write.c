@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writing EXR by OpenEXRCore: one part, scan lines, ZIP. Chunks are compressed by all threads and
+// Writing EXR by OpenEXRCore: one part, scan lines. Chunks are compressed by all threads and
 // written in order, so the bytes do not depend on the threads.
 #include "render/image.h"
 
@@ -49,6 +49,12 @@ static void find_windows(const Image *image, exr_attr_box2i_t *whole, exr_attr_b
     part->max.y = crop->y + (int32_t)image->height - 1;
 }
 
+static const exr_compression_t compressions[] = {[COMPRESSION_ZIP] = EXR_COMPRESSION_ZIP,
+                                                 [COMPRESSION_ZIPS] = EXR_COMPRESSION_ZIPS,
+                                                 [COMPRESSION_PIZ] = EXR_COMPRESSION_PIZ,
+                                                 [COMPRESSION_RLE] = EXR_COMPRESSION_RLE,
+                                                 [COMPRESSION_NONE] = EXR_COMPRESSION_NONE};
+
 static exr_result_t put_header(exr_context_t context, const Image *image) {
     int part;
     exr_result_t r = exr_set_longname_support(context, 1);
@@ -58,7 +64,8 @@ static exr_result_t put_header(exr_context_t context, const Image *image) {
     const exr_attr_v2f_t center = {.x = 0, .y = 0};
     r = r ? r
           : exr_initialize_required_attr(context, 0, &whole, &window, 1, &center, 1,
-                                         EXR_LINEORDER_INCREASING_Y, EXR_COMPRESSION_ZIP);
+                                         EXR_LINEORDER_INCREASING_Y,
+                                         compressions[image->compression]);
     r = r ? r : exr_set_zip_compression_level(context, 0, ZIP_LEVEL);
     for (uint32_t i = 0; !r && i < image->n_channels; i++) {
         const ImageChannel *c = &image->channels[i];

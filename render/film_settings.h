@@ -19,9 +19,23 @@ typedef enum {
 
 // Over how much of its neighbourhood a pixel is averaged.
 typedef enum {
-    FILTER_BLACKMAN_HARRIS, // the default: a bell 3 pixels wide
-    FILTER_BOX,             // the pixel's own square
+    FILTER_BLACKMAN_HARRIS, // the default
+    FILTER_BOX,
+    FILTER_TRIANGLE,
+    FILTER_GAUSSIAN,
 } FilterKind;
+
+// How 8-bit pictures are made from linear light; see render/display.h.
+typedef enum { VIEW_SRGB, VIEW_NEUTRAL, VIEW_RAW } ViewKind;
+
+// How the pixels of an EXR are packed, all without loss.
+typedef enum {
+    COMPRESSION_ZIP,
+    COMPRESSION_ZIPS,
+    COMPRESSION_PIZ,
+    COMPRESSION_RLE,
+    COMPRESSION_NONE,
+} Compression;
 
 typedef struct {
     uint32_t width, height;          // 1..65536
@@ -29,9 +43,13 @@ typedef struct {
     int64_t first_frame, last_frame; // inclusive, frame 1 begins at t = 0
     const char *out;                 // pattern of the output's path, or NULL
     FilterKind filter;
-    bool transparent; // the sky is not part of the picture
-    double exposure;  // stops, for 8-bit pictures only
-    uint32_t layers;  // a set
+    double filter_width; // pixels; 0: the filter's usual one
+    bool transparent;    // the sky is not part of the picture
+    double exposure;     // stops, for 8-bit pictures only
+    ViewKind view;
+    bool half; // EXR: color, coverage and albedo in 16 bits
+    Compression compression;
+    uint32_t layers; // a set
 } FilmSettings;
 
 #endif

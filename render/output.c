@@ -158,6 +158,21 @@ static void add_header(const Scene *scene, const RenderOptions *options, int64_t
     memcpy(image->attributes, attributes, sizeof attributes);
 }
 
+// Color, coverage and albedo; what is too bright for 16 bits is as bright as they can say.
+static void use_halves(Image *image) {
+    static const char *const names[] = {"R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B"};
+    const float most = 65504;
+    for (uint32_t c = 0; c < image->n_channels; c++) {
+        ImageChannel *channel = &image->channels[c];
+        for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
+            channel->half |= strcmp(channel->name, names[k]) == 0;
+        }
+        for (size_t i = 0; channel->half && i < (size_t)image->width * image->height; i++) {
+            channel->values[i] = channel->values[i] < most ? channel->values[i] : most;
+        }
+    }
+}
+
 bool output_write(const Scene *scene, const RenderOptions *options, const Film *film, int64_t frame,
                   const Reporter *reporter) {
     char path[PATH_SIZE], message[MESSAGE_SIZE];
@@ -170,9 +185,12 @@ bool output_write(const Scene *scene, const RenderOptions *options, const Film *
         image.crop =
             (ImageCrop){(int32_t)film->x, (int32_t)film->y, scene->film.width, scene->film.height};
     }
+    image.compression = scene->film.compression;
+    if (scene->film.half) {
+        use_halves(&image);
+    }
     bool is_written = frame_path(options, frame, reporter, path) &&
-                      (image_write(path, &image, scene->film.transparent, scene->film.exposure,
-                                   message, sizeof message) ||
+                      (image_write(path, &image, &scene->film, message, sizeof message) ||
                        refuse(reporter, path, message));
     arena_free(&arena);
     return is_written;

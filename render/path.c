@@ -44,7 +44,7 @@ bool path_scene_is_moving(const Scene *scene) {
 
 void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
     *paths = (PathScene){.scene = scene, .lights_move = lights_are_moving(scene)};
-    filter_init(&paths->filter, scene->film.filter);
+    filter_init(&paths->filter, scene->film.filter, scene->film.filter_width);
     paths->camera_moves = reads_time(scene->camera.program);
     paths->draws_time = !shutter_is_instant(&scene->shutter) && path_scene_is_moving(scene);
     paths->material = arena_array(arena, scene->n_materials, sizeof *paths->material);
