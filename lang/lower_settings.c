@@ -136,6 +136,26 @@ static uint32_t lower_layers(Eval *ev, const Object *object) {
     return layers;
 }
 
+// Which of the property's words it is.
+static int word_of(Eval *ev, const Object *object, PropertyId id) {
+    Value value = object_value(ev, object, id);
+    if (!value_is(&value, VALUE_STRING)) {
+        return 0;
+    }
+    const char *word = symbol_text(ev->symbols, value.symbol);
+    const char *at = property_infos[id].names;
+    for (int i = 0;; i++) {
+        size_t size = strcspn(at, " ");
+        if (size == strlen(word) && memcmp(at, word, size) == 0) {
+            return i;
+        }
+        if (!at[size]) {
+            return 0;
+        }
+        at += size + 1;
+    }
+}
+
 void lower_film(Eval *ev, const Object *object) {
     Lowering *l = ev->lowering;
     if (!lower_once(ev, &l->film, object)) {
@@ -148,6 +168,12 @@ void lower_film(Eval *ev, const Object *object) {
     film->transparent = known(ev, object, PROPERTY_FILM_TRANSPARENT) != 0;
     film->exposure = known(ev, object, PROPERTY_FILM_EXPOSURE);
     film->layers = lower_layers(ev, object);
+    // The words are in the order of the enumerations.
+    film->filter = (FilterKind)word_of(ev, object, PROPERTY_FILM_FILTER);
+    film->filter_width = known(ev, object, PROPERTY_FILM_FILTER_WIDTH);
+    film->view = (ViewKind)word_of(ev, object, PROPERTY_FILM_VIEW);
+    film->half = known(ev, object, PROPERTY_FILM_HALF) != 0;
+    film->compression = (Compression)word_of(ev, object, PROPERTY_FILM_COMPRESSION);
     const Given *out = object_given(object, PROPERTY_FILM_OUT);
     if (out && value_is(&out->value, VALUE_STRING)) {
         const char *path = symbol_text(ev->symbols, out->value.symbol);

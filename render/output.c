@@ -112,20 +112,25 @@ bool output_check(const RenderOptions *options, const Reporter *reporter) {
     return true;
 }
 
-// The rational of least denominator within a millionth of a frame per second: 24000/1001 too.
-static ImageAttribute rational(const char *name, double value) {
-    ImageAttribute attribute = {.name = name, .kind = ATTRIBUTE_RATIONAL, .denominator = 1};
+void render_rate(double fps, int32_t *numerator, uint32_t *denominator) {
+    *numerator = 0;
+    *denominator = 1;
     for (uint32_t d = 1; d <= 10010; d++) {
-        double numerator = rint(value * d);
-        if (numerator > INT32_MAX) {
+        double rounded = rint(fps * d);
+        if (rounded > INT32_MAX) {
             break;
         }
-        attribute.numerator = (int32_t)numerator;
-        attribute.denominator = d;
-        if (fabs(numerator / d - value) < 1e-6) {
+        *numerator = (int32_t)rounded;
+        *denominator = d;
+        if (fabs(rounded / d - fps) < 1e-6) {
             break;
         }
     }
+}
+
+static ImageAttribute rate(const char *name, double fps) {
+    ImageAttribute attribute = {.name = name, .kind = ATTRIBUTE_RATIONAL};
+    render_rate(fps, &attribute.numerator, &attribute.denominator);
     return attribute;
 }
 
@@ -151,7 +156,7 @@ static void add_header(const Scene *scene, const RenderOptions *options, int64_t
         number("samples", ATTRIBUTE_INT, options->spp),
         number("frame", ATTRIBUTE_INT, (double)frame),
         number("expTime", ATTRIBUTE_FLOAT, shutter->length / scene->film.fps),
-        rational("framesPerSecond", scene->film.fps),
+        rate("framesPerSecond", scene->film.fps),
     };
     image->n_attributes = sizeof attributes / sizeof *attributes;
     image->attributes = ARENA_ARRAY(arena, image->n_attributes, ImageAttribute);

@@ -86,6 +86,9 @@ int render_check(const Scene *scene, const RenderOptions *options, const Reporte
 // malformed (two runs, another % sequence) or size is too small.
 bool render_frame_path(const char *pattern, int64_t frame, bool many, char *path, size_t size);
 
+// Frames per second as the rational of least denominator within a millionth: 24000/1001 too.
+void render_rate(double fps, int32_t *numerator, uint32_t *denominator);
+
 // The statistics file: JSON, versioned. False with a sentence in message.
 bool render_write_stats(const char *path, const RenderStats *stats, char *message, size_t n);
 
