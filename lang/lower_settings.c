@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "lang/layers.h"
+
 static double known(Eval *ev, const Object *object, PropertyId id) {
     Value value = object_value(ev, object, id);
     double x = 0;
@@ -85,31 +87,11 @@ static void lower_frames(Eval *ev, const Object *object, FilmSettings *film) {
     film->last_frame = (int64_t)high;
 }
 
-static const char *const layer_names[LAYER_COUNT] = {
-#define LAYER(id, name, channels, help) name,
-#include "render/layers.def"
-#undef LAYER
-};
-
-static bool find_layer(const char *name, uint32_t *layers) {
-    for (int i = 0; i < LAYER_COUNT; i++) {
-        if (strcmp(name, layer_names[i]) == 0) {
-            *layers |= 1u << i;
-            return true;
-        }
-    }
-    return false;
-}
-
 static void refuse_layer(Eval *ev, const Given *aov, const char *name) {
-    static const char *const all = "they are"
-#define LAYER(id, name, channels, help) " " name
-#include "render/layers.def"
-#undef LAYER
-        ;
     const char *near = diag_nearest(name, layer_names, LAYER_COUNT);
     eval_error(ev, &aov->env, aov->node,
-               near ? arena_printf(ev->arena, "did you mean \"%s\"?", near) : all,
+               near ? arena_printf(ev->arena, "did you mean \"%s\"?", near)
+                    : arena_printf(ev->arena, "they are%s", layer_words),
                "there is no layer \"%s\"", name);
 }
 
@@ -129,7 +111,10 @@ static uint32_t lower_layers(Eval *ev, const Object *object) {
             return layers;
         }
         const char *name = symbol_text(ev->symbols, item->symbol);
-        if (!find_layer(name, &layers)) {
+        Layer layer;
+        if (layer_find(name, strlen(name), &layer)) {
+            layers |= 1u << layer;
+        } else {
             refuse_layer(ev, aov, name);
         }
     }

@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 
 #include "lang/diag.h"
+#include "lang/layers.h"
 
 const CommandInfo command_infos[COMMAND_COUNT] = {
 #define COMMAND(id, name, operands, least, most, help) {name, operands, least, most, help},
@@ -173,6 +174,26 @@ static bool parse_crop(const Reader *reader, OptionId option, const char *text,
     return true;
 }
 
+static bool parse_layers(const Reader *reader, OptionId option, const char *text,
+                         OptionValue *value) {
+    value->integer = 0;
+    for (const char *at = strcmp(text, "none") == 0 ? "" : text; *at; at += *at == ',') {
+        size_t n = strcspn(at, ",");
+        Layer layer;
+        if (!layer_find(at, n, &layer)) {
+            const char *name = arena_string(reader->arena, at, n);
+            const char *near = diag_nearest(name, layer_names, LAYER_COUNT);
+            return near ? fail(reader, "%s: there is no layer '%s'; did you mean '%s'?",
+                               option_spelling(reader->arena, option), name, near)
+                        : fail(reader, "%s: there is no layer '%s': they are%s",
+                               option_spelling(reader->arena, option), name, layer_words);
+        }
+        value->integer |= 1u << layer;
+        at += n;
+    }
+    return true;
+}
+
 static bool parse_shutter(const Reader *reader, OptionId option, const char *text,
                           OptionValue *value) {
     static const char *const units[] = {"deg", "turn", "rad", "f", "s", "ms", "us"};
@@ -252,6 +273,8 @@ static bool parse_value(const Reader *reader, OptionId option, const char *text,
         return parse_size(reader, option, text, value);
     case OPTION_KIND_CROP:
         return parse_crop(reader, option, text, value);
+    case OPTION_KIND_LAYERS:
+        return parse_layers(reader, option, text, value);
     case OPTION_KIND_SHUTTER:
         return parse_shutter(reader, option, text, value);
     case OPTION_KIND_FRAMES:

@@ -62,6 +62,7 @@ typedef enum {
     OPTION_KIND_BYTES,   // integer
     OPTION_KIND_SIZE,    // width, height
     OPTION_KIND_CROP,    // crop
+    OPTION_KIND_LAYERS,  // integer: a set
     OPTION_KIND_SHUTTER, // text, known to be a number and a unit
     OPTION_KIND_FRAMES,  // frames
     OPTION_KIND_CHOICE,  // integer: index of the word

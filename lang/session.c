@@ -189,6 +189,8 @@ bool session_render_options(const Session *session, RenderOptions *render) {
         .spp = (uint32_t)(values[OPTION_SPP].is_set || !settings->spp ? spp : settings->spp),
         .seed = values[OPTION_SEED].is_set ? values[OPTION_SEED].integer : settings->seed,
         .tolerance = values[OPTION_TOLERANCE].number,
+        .has_layers = values[OPTION_AOV].is_set,
+        .layers = (uint32_t)values[OPTION_AOV].integer,
         .n_threads = n_threads ? (uint32_t)n_threads : (uint32_t)omp_get_num_procs(),
         .memory = values[OPTION_MEMORY].integer,
         .accel = find_accel(values[OPTION_ACCEL].text),

@@ -254,9 +254,9 @@ static void add_attributes(Matte *matte, const char *prefix) {
                                                  {"conversion", "uint32_to_float32"},
                                                  {"manifest", make_manifest(matte)}};
     for (int i = 0; i < N_ATTRIBUTES; i++) {
-        // The key is the first seven digits of the hash of the layer's name.
+        // The key is the first seven digits of the id of the layer's name.
         const char *name = arena_printf(matte->arena, "cryptomatte/%07x/%s",
-                                        (unsigned)(cryptomatte_hash(prefix) >> 4), values[i][0]);
+                                        (unsigned)(cryptomatte_id(prefix) >> 4), values[i][0]);
         all[image->n_attributes++] =
             (ImageAttribute){.name = name, .kind = ATTRIBUTE_STRING, .string = values[i][1]};
     }

@@ -131,6 +131,9 @@ int render_frames(const Scene *scene, const RenderOptions *options, const Report
         return STATUS_FILES;
     }
     Run run = {.options = options, .reporter = reporter, .stats = stats, .scene = *scene};
+    if (options->has_layers) {
+        run.scene.film.layers = options->layers;
+    }
     interrupt_begin();
     int status = render_blocks(&run);
     interrupt_end();

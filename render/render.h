@@ -25,6 +25,8 @@ typedef struct {
     uint32_t spp;    // >= 1
     // Pixels [x0, x1) of the lines [y0, y1) alone, x right and y down; all 0: the whole picture.
     uint32_t crop_x0, crop_x1, crop_y0, crop_y1;
+    bool has_layers; // in place of the film's:
+    uint32_t layers; // a set
     uint64_t seed;
     double tolerance;   // pixels; 0: as each shape says
     uint32_t n_threads; // >= 1

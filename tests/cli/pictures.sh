@@ -167,3 +167,17 @@ END
     expect 1 "$ST4" check film.st4 -D filter=mitchell
     has "$err" "filter is a word, this is"
 }
+
+test_layers_are_asked_for() {
+    echo 'film { size = <40, 30>  aov = ["position"] } sphere {}' >film.st4
+    expect 0 "$ST4" film.st4 -q -s 4 -o film.exr
+    expect 0 "$ST4" info film.exr
+    has "$out" 'A:float B:float G:float R:float position.X:float position.Y:float position.Z:float'
+    expect 0 "$ST4" film.st4 -q -s 4 -o none.exr --aov none
+    expect 0 "$ST4" info none.exr
+    has "$out" $'A:float B:float G:float R:float\n'
+    expect 0 "$ST4" film.st4 -q -s 4 -o z.exr --aov z
+    expect 0 "$ST4" info z.exr
+    has "$out" $'A:float B:float G:float R:float Z:float\n'
+    expect 0 "$ST4" compare z.exr none.exr --fail-above 0
+}
