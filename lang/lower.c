@@ -2,6 +2,7 @@
 // Lowering: programs and materials made once, loops laid out, the scene put together.
 #include "lang/lower_parts.h"
 
+#include <ctype.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -173,7 +174,27 @@ static void grow_materials(Lowering *l) {
     }
 }
 
-uint32_t lower_material(Eval *ev, const MaterialValue *material, SourceRef where) {
+// What was written: a name as it stands; of a call its beginning and the line.
+static const char *material_label(Eval *ev, const Given *given) {
+    Span where = given ? syntax_span(given->env.module->syntax, given->node) : (Span){0, 0};
+    const SourceFile *file = source_of(ev->sources, where.lo);
+    if (!file) {
+        return "default";
+    }
+    const char *text = file->text + (where.lo - file->base);
+    int size = (int)(where.hi - where.lo), n = 0;
+    while (n < size && (isalnum((unsigned char)text[n]) || text[n] == '_' || text[n] == '.')) {
+        n++;
+    }
+    return n == size ? arena_string(ev->lowering->arena, text, (size_t)n)
+           : n == 0  ? arena_printf(ev->lowering->arena, "material@%u",
+                                    source_line(ev->sources, where.lo))
+                     : arena_printf(ev->lowering->arena, "%.*s@%u", n, text,
+                                    source_line(ev->sources, where.lo));
+}
+
+uint32_t lower_material(Eval *ev, const MaterialValue *material, const Object *object,
+                        const Given *given) {
     Lowering *l = ev->lowering;
     if (2 * (size_t)l->n_materials >= l->n_material_slots) {
         grow_materials(l);
@@ -184,8 +205,9 @@ uint32_t lower_material(Eval *ev, const MaterialValue *material, SourceRef where
                                   sizeof *l->materials);
         l->material_values = arena_grow(l->scratch, l->material_values, l->n_materials,
                                         &l->values_capacity, sizeof *l->material_values);
-        l->materials[l->n_materials] =
-            (Material){material->kind, lower_program(ev, material->ref, material->n), where};
+        l->materials[l->n_materials] = (Material){
+            material->kind, lower_program(ev, material->ref, material->n),
+            scene_source_ref(given ? given->where : object->where), material_label(ev, given)};
         l->material_values[l->n_materials] = material;
         *slot = ++l->n_materials;
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether two films are of the same samples, and how many are in one.
+// Whether two films are of the same samples, by what they were made from.
 #include "render/film_file.h"
 
 #include <string.h>
@@ -58,28 +58,43 @@ bool film_attributes_agree(Arena *arena, const ImageAttribute *a, uint32_t n_a,
            are_in(arena, b, n_b, a, n_a, is_strict, true, difference);
 }
 
+// "640x480", "320x240 at 10,20 of 640x480"
+static const char *size_of(Arena *arena, const FilmOrigin *origin) {
+    bool is_whole = origin->width == origin->full_width && origin->height == origin->full_height;
+    const char *size = arena_printf(arena, "%ux%u", origin->width, origin->height);
+    return is_whole ? size
+                    : arena_printf(arena, "%s at %u,%u of %ux%u", size, origin->x, origin->y,
+                                   origin->full_width, origin->full_height);
+}
+
+static const char *layers_of(Arena *arena, const FilmOrigin *origin) {
+    static const char *const names[LAYER_COUNT] = {
+#define LAYER(id, name, channels, help) name,
+#include "render/layers.def"
+#undef LAYER
+    };
+    const char *list = "";
+    for (int k = 0; k < LAYER_COUNT; k++) {
+        if (origin->layers >> k & 1) {
+            list = arena_printf(arena, "%s%s%s", list, *list ? "," : "", names[k]);
+        }
+    }
+    return *list ? list : "none";
+}
+
+static bool differ(const char *name, const char *a, const char *b, FilmDifference *difference) {
+    *difference = (FilmDifference){name, a, b};
+    return strcmp(a, b) != 0;
+}
+
 bool film_origin_agrees(Arena *arena, const FilmOrigin *a, const FilmOrigin *b,
                         FilmDifference *difference) {
-    if (a->width != b->width || a->height != b->height) {
-        *difference = (FilmDifference){"size", arena_printf(arena, "%ux%u", a->width, a->height),
-                                       arena_printf(arena, "%ux%u", b->width, b->height)};
+    if (differ("size", size_of(arena, a), size_of(arena, b), difference) ||
+        differ("list of layers", layers_of(arena, a), layers_of(arena, b), difference)) {
         return false;
     }
     return film_attributes_agree(arena, a->attributes, a->n_attributes, b->attributes,
                                  b->n_attributes, false, difference) &&
            film_attributes_agree(arena, a->settings, a->n_settings, b->settings, b->n_settings,
                                  false, difference);
-}
-
-FilmCounts film_counts(const Film *film) {
-    FilmCounts counts = {.least = UINT32_MAX};
-    for (uint32_t y = 0; y < film->height; y++) {
-        for (uint32_t x = 0; x < film->width; x++) {
-            uint32_t n = film_count(film, x, y);
-            counts.least = n < counts.least ? n : counts.least;
-            counts.most = n > counts.most ? n : counts.most;
-            counts.total += n;
-        }
-    }
-    return counts;
 }
