@@ -185,7 +185,12 @@ static int info_film(const Session *session, const char *path) {
         return session_refuse(session, STATUS_FILES, path, message);
     }
     FilmTotals counts = film_totals(&film);
+    const char *crop = film_origin_crop(session->arena, &origin);
     printf("%-20s %ux%u\n", "size", origin.width, origin.height);
+    if (crop) {
+        printf("%-20s %s\n", "crop", crop);
+    }
+    printf("%-20s %s\n", "layers", film_origin_layers(session->arena, &origin));
     printf("%-20s %u to %u of %u\n", "samples", origin.first + 1, origin.first + origin.n,
            origin.spp);
     printf("%-20s %u to %u a pixel%s\n", "done", counts.least, counts.most,

@@ -32,7 +32,7 @@ bool film_file_has_ending(const char *path) {
 }
 
 static uint32_t checksum(uint32_t before, const void *bytes, size_t n) {
-    return (uint32_t)crc32_z(before, bytes, n);
+    return n ? (uint32_t)crc32_z(before, bytes, n) : before; // of nothing at NULL it begins anew
 }
 
 // ---- Writing

@@ -62,6 +62,12 @@ bool film_file_read_origin(Arena *arena, const char *path, FilmOrigin *origin, c
 bool film_file_read(Arena *arena, const char *path, Film *film, FilmOrigin *origin, char *message,
                     size_t n);
 
+// "10,30,20,48 of 64x48", as --crop has it; NULL: the whole picture.
+const char *film_origin_crop(Arena *arena, const FilmOrigin *origin);
+
+// "z,normal", as --aov has it.
+const char *film_origin_layers(Arena *arena, const FilmOrigin *origin);
+
 // What differs, as text.
 typedef struct {
     const char *name, *a, *b;

@@ -58,16 +58,15 @@ bool film_attributes_agree(Arena *arena, const ImageAttribute *a, uint32_t n_a,
            are_in(arena, b, n_b, a, n_a, is_strict, true, difference);
 }
 
-// "640x480", "320x240 at 10,20 of 640x480"
-static const char *size_of(Arena *arena, const FilmOrigin *origin) {
+const char *film_origin_crop(Arena *arena, const FilmOrigin *origin) {
     bool is_whole = origin->width == origin->full_width && origin->height == origin->full_height;
-    const char *size = arena_printf(arena, "%ux%u", origin->width, origin->height);
-    return is_whole ? size
-                    : arena_printf(arena, "%s at %u,%u of %ux%u", size, origin->x, origin->y,
+    return is_whole ? NULL
+                    : arena_printf(arena, "%u,%u,%u,%u of %ux%u", origin->x,
+                                   origin->x + origin->width, origin->y, origin->y + origin->height,
                                    origin->full_width, origin->full_height);
 }
 
-static const char *layers_of(Arena *arena, const FilmOrigin *origin) {
+const char *film_origin_layers(Arena *arena, const FilmOrigin *origin) {
     static const char *const names[LAYER_COUNT] = {
 #define LAYER(id, name, channels, help) name,
 #include "render/layers.def"
@@ -82,6 +81,12 @@ static const char *layers_of(Arena *arena, const FilmOrigin *origin) {
     return *list ? list : "none";
 }
 
+static const char *size_of(Arena *arena, const FilmOrigin *origin) {
+    const char *crop = film_origin_crop(arena, origin);
+    const char *size = arena_printf(arena, "%ux%u", origin->width, origin->height);
+    return crop ? arena_printf(arena, "%s (crop %s)", size, crop) : size;
+}
+
 static bool differ(const char *name, const char *a, const char *b, FilmDifference *difference) {
     *difference = (FilmDifference){name, a, b};
     return strcmp(a, b) != 0;
@@ -90,7 +95,8 @@ static bool differ(const char *name, const char *a, const char *b, FilmDifferenc
 bool film_origin_agrees(Arena *arena, const FilmOrigin *a, const FilmOrigin *b,
                         FilmDifference *difference) {
     if (differ("size", size_of(arena, a), size_of(arena, b), difference) ||
-        differ("list of layers", layers_of(arena, a), layers_of(arena, b), difference)) {
+        differ("list of layers", film_origin_layers(arena, a), film_origin_layers(arena, b),
+               difference)) {
         return false;
     }
     return film_attributes_agree(arena, a->attributes, a->n_attributes, b->attributes,

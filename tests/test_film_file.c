@@ -118,7 +118,7 @@ static void film_files_come_back(void **state) {
     f->of = f->origin;
     f->of.y = 3;
     assert_false(film_origin_agrees(&f->arena, &f->of, &f->origin, &difference));
-    assert_string_equal(difference.a, "3x2 at 1,3 of 5x6");
+    assert_string_equal(difference.a, "3x2 (crop 1,4,3,5 of 5x6)");
     f->of.y = 4;
     f->of.layers = 1 << LAYER_Z | 1 << LAYER_TIME;
     assert_false(film_origin_agrees(&f->arena, &f->of, &f->origin, &difference));
