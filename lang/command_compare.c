@@ -105,7 +105,7 @@ static int write_difference(const Run *run, Arena *arena, const Image *a, const 
     if (!dot || strcmp(dot, ".exr") != 0) {
         make_heat(arena, isnan(record->seen.flip) ? relative_map(arena, &image) : map, &image);
     }
-    return image_write(path, &image, false, 0, message, sizeof message)
+    return image_write(path, &image, &(FilmSettings){0}, message, sizeof message)
                ? STATUS_OK
                : refuse(path, NULL, message);
 }

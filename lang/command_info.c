@@ -150,6 +150,11 @@ static int info_image(const Session *session, const char *path) {
         return session_refuse(session, STATUS_FILES, path, message);
     }
     printf("%-20s %ux%u\n", "size", image.width, image.height);
+    if (image.crop.width) {
+        printf("%-20s %d,%lld,%d,%lld of %ux%u\n", "crop", image.crop.x,
+               (long long)image.crop.x + image.width, image.crop.y,
+               (long long)image.crop.y + image.height, image.crop.width, image.crop.height);
+    }
     printf("%-20s", "channels");
     for (uint32_t i = 0; i < image.n_channels; i++) {
         printf(" %s:%s", image.channels[i].name, image.channels[i].half ? "half" : "float");
@@ -179,8 +184,13 @@ static int info_film(const Session *session, const char *path) {
     if (!film_file_read(session->arena, path, &film, &origin, message, sizeof message)) {
         return session_refuse(session, STATUS_FILES, path, message);
     }
-    FilmCounts counts = film_counts(&film);
+    FilmTotals counts = film_totals(&film);
+    const char *crop = film_origin_crop(session->arena, &origin);
     printf("%-20s %ux%u\n", "size", origin.width, origin.height);
+    if (crop) {
+        printf("%-20s %s\n", "crop", crop);
+    }
+    printf("%-20s %s\n", "layers", film_origin_layers(session->arena, &origin));
     printf("%-20s %u to %u of %u\n", "samples", origin.first + 1, origin.first + origin.n,
            origin.spp);
     printf("%-20s %u to %u a pixel%s\n", "done", counts.least, counts.most,

@@ -8,6 +8,7 @@
 
 #include "lang/session.h"
 #include "render/image.h"
+#include "render/movie.h"
 #include "render/outfile.h"
 
 enum { PATH_SIZE = 4096 };
@@ -180,6 +181,24 @@ static int check_sums(const Session *session, const RenderOptions *render, const
     return STATUS_OK;
 }
 
+static int check_movie(const Session *session, const Outputs *outputs) {
+    const char *path = session->options->values[OPTION_MOVIE].text;
+    char message[512];
+    if (path && !is_exr(outputs->patterns[0])) {
+        return refuse(STATUS_USAGE, path, "a movie is made from pictures with the ending .exr");
+    }
+    return path && !movie_check(path, message, sizeof message) ? refuse(STATUS_FILES, path, message)
+                                                               : STATUS_OK;
+}
+
+static int make_movie(const Session *session, const RenderOptions *render) {
+    const char *path = session->options->values[OPTION_MOVIE].text;
+    char message[PATH_SIZE + 512];
+    int status =
+        path ? movie_make(path, session->scene, render, message, sizeof message) : STATUS_OK;
+    return status == STATUS_FILES ? refuse(status, path, message) : status;
+}
+
 static int check_outputs(const Session *session, const Outputs *outputs) {
     int usage = session->options->values[OPTION_OUT].is_set ? STATUS_USAGE : STATUS_SCENE;
     for (size_t i = 0; i < outputs->n_patterns; i++) {
@@ -199,7 +218,8 @@ static int check_outputs(const Session *session, const Outputs *outputs) {
             return refuse(STATUS_FILES, path, message);
         }
     }
-    return check_stats(session->options);
+    int status = check_movie(session, outputs);
+    return status ? status : check_stats(session->options);
 }
 
 // What the other pictures are made with.
@@ -239,7 +259,7 @@ static int convert_frame(void *context, int64_t frame, bool was_there) {
     }
     for (size_t i = 1; i < outputs->n_patterns && status == STATUS_OK; i++) {
         if (!render_frame_path(outputs->patterns[i], frame, outputs->is_numbered, to, sizeof to) ||
-            !image_write(to, &image, film->transparent, film->exposure, message, sizeof message)) {
+            !image_write(to, &image, film, message, sizeof message)) {
             status = refuse(STATUS_FILES, to, message);
         }
     }
@@ -272,6 +292,7 @@ static int render(const Session *session, RenderOptions *render) {
     render->finished = convert_frame;
     render->finished_context = &conversion;
     status = render_frames(session->scene, render, &session->reporter, &stats);
+    status = status ? status : make_movie(session, render);
     if (status == STATUS_OK && !option_flag(options, OPTION_QUIET)) {
         print_result(render, &stats, option_flag(options, OPTION_VERBOSE));
     }

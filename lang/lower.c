@@ -2,6 +2,7 @@
 // Lowering: programs and materials made once, loops laid out, the scene put together.
 #include "lang/lower_parts.h"
 
+#include <ctype.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -181,6 +182,25 @@ static void grow_materials(Lowering *l) {
     }
 }
 
+// What was written: a name as it stands; of a call its beginning and the line.
+static const char *material_label(Eval *ev, const Given *given) {
+    Span where = given ? syntax_span(given->env.module->syntax, given->node) : (Span){0, 0};
+    const SourceFile *file = source_of(ev->sources, where.lo);
+    if (!file) {
+        return "default";
+    }
+    const char *text = file->text + (where.lo - file->base);
+    int size = (int)(where.hi - where.lo), n = 0;
+    while (n < size && (isalnum((unsigned char)text[n]) || text[n] == '_' || text[n] == '.')) {
+        n++;
+    }
+    return n == size ? arena_string(ev->lowering->arena, text, (size_t)n)
+           : n == 0  ? arena_printf(ev->lowering->arena, "material@%u",
+                                    source_line(ev->sources, where.lo))
+                     : arena_printf(ev->lowering->arena, "%.*s@%u", n, text,
+                                    source_line(ev->sources, where.lo));
+}
+
 // White edges of metals are left out.
 static const Program *lower_outputs(Eval *ev, const MaterialValue *material) {
     const Ref *own = material->ref + MATERIAL_OWN;
@@ -204,10 +224,14 @@ static const Program *lower_normal(Eval *ev, const Ref *rgb) {
     return rgb[0] == half && rgb[1] == half && rgb[2] == one ? NULL : lower_program(ev, rgb, 3);
 }
 
-static Material make_material(Eval *ev, const MaterialValue *material, SourceRef where) {
-    Material made = {.kind = material->kind, .where = where};
+static uint32_t intern_material(Eval *ev, const MaterialValue *material, SourceRef where,
+                                const char *label);
+
+static Material make_material(Eval *ev, const MaterialValue *material, SourceRef where,
+                              const char *label) {
+    Material made = {.kind = material->kind, .where = where, .label = label};
     for (int k = 0; k < 2 && material->kind == MATERIAL_MIX; k++) {
-        made.parts[k] = lower_material(ev, material->parts[k], where);
+        made.parts[k] = intern_material(ev, material->parts[k], where, label);
     }
     made.program = lower_outputs(ev, material);
     made.opacity = lower_unless(ev, material->ref[MATERIAL_OPACITY], 1);
@@ -216,13 +240,14 @@ static Material make_material(Eval *ev, const MaterialValue *material, SourceRef
     return made;
 }
 
-uint32_t lower_material(Eval *ev, const MaterialValue *material, SourceRef where) {
+static uint32_t intern_material(Eval *ev, const MaterialValue *material, SourceRef where,
+                                const char *label) {
     Lowering *l = ev->lowering;
     uint32_t *known = l->n_material_slots ? material_slot(l, material) : NULL;
     if (known && *known) {
         return *known - 1;
     }
-    Material made = make_material(ev, material, where); // its parts come first
+    Material made = make_material(ev, material, where, label); // its parts come first
     if (2 * (size_t)l->n_materials >= l->n_material_slots) {
         grow_materials(l);
     }
@@ -234,6 +259,12 @@ uint32_t lower_material(Eval *ev, const MaterialValue *material, SourceRef where
     l->material_values[l->n_materials] = material;
     *material_slot(l, material) = ++l->n_materials;
     return l->n_materials - 1;
+}
+
+uint32_t lower_material(Eval *ev, const MaterialValue *material, const Object *object,
+                        const Given *given) {
+    return intern_material(ev, material, scene_source_ref(given ? given->where : object->where),
+                           material_label(ev, given));
 }
 
 // ---- Loops

@@ -106,12 +106,13 @@ double lower_known(Eval *ev, const Object *object, PropertyId id);
 // A program with these outputs; the same graphs give the same program.
 const Program *lower_program(Eval *ev, const Ref *refs, uint32_t n);
 
-// NULL where the outputs never jump or bend.
-const Program *lower_breaks(Eval *ev, const Ref *refs, uint32_t n);
+const Program *lower_breaks(Eval *ev, const Ref *refs, uint32_t n); // NULL: no jump, no bend
 
 const Program *lower_visible(Eval *ev, const Place *place); // NULL: always
 
-uint32_t lower_material(Eval *ev, const MaterialValue *material, SourceRef where);
+// The material of an object, as it was given; NULL: the default one.
+uint32_t lower_material(Eval *ev, const MaterialValue *material, const Object *object,
+                        const Given *given);
 
 // Data that covers these seconds: a warning where the film reads outside of them.
 void lower_note_data(Eval *ev, const Given *given, double first, double last);
@@ -124,8 +125,7 @@ Shape *lower_new_shape(Eval *ev);
 // lang/lower_settings.c
 void lower_film(Eval *ev, const Object *object);
 void lower_shutter(Eval *ev, const Object *object);
-// Delays of all pixels, once the film's size is certain.
-void lower_delays(Eval *ev);
+void lower_delays(Eval *ev); // of all pixels, once the film's size is certain
 void lower_render(Eval *ev, const Object *object);
 
 // lang/lower_light.c

@@ -6,6 +6,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "lang/layers.h"
+
 static bool is_given(const Object *object, PropertyId id) {
     const Given *given = object_given(object, id);
     return given && !value_is_poison(&given->value);
@@ -77,6 +79,60 @@ static void lower_frames(Eval *ev, const Object *object, FilmSettings *film) {
     film->last_frame = (int64_t)high;
 }
 
+static void refuse_layer(Eval *ev, const Given *aov, const char *name) {
+    const char *near = diag_nearest(name, layer_names, LAYER_COUNT);
+    eval_error(ev, &aov->env, aov->node,
+               near ? arena_printf(ev->arena, "did you mean \"%s\"?", near)
+                    : arena_printf(ev->arena, "they are%s", layer_words),
+               "there is no layer \"%s\"", name);
+}
+
+static uint32_t lower_layers(Eval *ev, const Object *object) {
+    const Given *aov = object_given(object, PROPERTY_FILM_AOV);
+    if (!aov || !value_is(&aov->value, VALUE_LIST)) {
+        return LAYERS_DEFAULT;
+    }
+    uint32_t layers = 0;
+    for (uint32_t i = 0; i < aov->value.list->n; i++) {
+        const Value *item = &aov->value.list->items[i];
+        if (!value_is(item, VALUE_STRING)) {
+            if (!value_is_poison(item)) {
+                eval_error(ev, &aov->env, aov->node, "write [\"z\", \"motion\"]",
+                           "aov lists names of layers");
+            }
+            return layers;
+        }
+        const char *name = symbol_text(ev->symbols, item->symbol);
+        Layer layer;
+        if (layer_find(name, strlen(name), &layer)) {
+            layers |= 1u << layer;
+        } else {
+            refuse_layer(ev, aov, name);
+        }
+    }
+    return layers;
+}
+
+// Which of the property's words it is.
+static int word_of(Eval *ev, const Object *object, PropertyId id) {
+    Value value = object_value(ev, object, id);
+    if (!value_is(&value, VALUE_STRING)) {
+        return 0;
+    }
+    const char *word = symbol_text(ev->symbols, value.symbol);
+    const char *at = property_infos[id].names;
+    for (int i = 0;; i++) {
+        size_t size = strcspn(at, " ");
+        if (size == strlen(word) && memcmp(at, word, size) == 0) {
+            return i;
+        }
+        if (!at[size]) {
+            return 0;
+        }
+        at += size + 1;
+    }
+}
+
 void lower_film(Eval *ev, const Object *object) {
     Lowering *l = ev->lowering;
     if (!lower_once(ev, &l->film, object)) {
@@ -88,6 +144,13 @@ void lower_film(Eval *ev, const Object *object) {
     film->fps = ev->fps;
     film->transparent = lower_known(ev, object, PROPERTY_FILM_TRANSPARENT) != 0;
     film->exposure = lower_known(ev, object, PROPERTY_FILM_EXPOSURE);
+    film->layers = lower_layers(ev, object);
+    // The words are in the order of the enumerations.
+    film->filter = (FilterKind)word_of(ev, object, PROPERTY_FILM_FILTER);
+    film->filter_width = lower_known(ev, object, PROPERTY_FILM_FILTER_WIDTH);
+    film->view = (ViewKind)word_of(ev, object, PROPERTY_FILM_VIEW);
+    film->half = lower_known(ev, object, PROPERTY_FILM_HALF) != 0;
+    film->compression = (Compression)word_of(ev, object, PROPERTY_FILM_COMPRESSION);
     const Given *out = object_given(object, PROPERTY_FILM_OUT);
     if (out && value_is(&out->value, VALUE_STRING)) {
         const char *path = symbol_text(ev->symbols, out->value.symbol);

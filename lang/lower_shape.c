@@ -248,8 +248,7 @@ static uint32_t shape_material(Eval *ev, const Object *object, const Place *plac
     if (form->color[0] != REF_NONE) {
         material = colored(ev, material, form->color);
     }
-    Span where = place->material ? place->material->where : object->where;
-    return lower_material(ev, material, scene_source_ref(where));
+    return lower_material(ev, material, object, place->material);
 }
 
 // The map to the world, the form's own first. False: it stays where it is.

@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 
 #include "lang/diag.h"
+#include "lang/layers.h"
 
 const CommandInfo command_infos[COMMAND_COUNT] = {
 #define COMMAND(id, name, operands, least, most, help) {name, operands, least, most, help},
@@ -169,6 +170,46 @@ static bool parse_size(const Reader *reader, OptionId option, const char *text,
     return true;
 }
 
+static bool parse_crop(const Reader *reader, OptionId option, const char *text,
+                       OptionValue *value) {
+    const char *at = text;
+    uint64_t crop[4];
+    bool is_read = true;
+    for (int i = 0; i < 4 && is_read; i++) {
+        is_read = read_integer(&at, &crop[i]) && crop[i] <= option_infos[option].most &&
+                  *at == (i < 3 ? ',' : '\0');
+        at++;
+    }
+    if (!is_read || crop[0] >= crop[1] || crop[2] >= crop[3]) {
+        return expected(reader, option, text,
+                        "X0,X1,Y0,Y1 with X0 below X1 and Y0 below Y1, such as 0,320,0,240");
+    }
+    for (int i = 0; i < 4; i++) {
+        value->crop[i] = (uint32_t)crop[i];
+    }
+    return true;
+}
+
+static bool parse_layers(const Reader *reader, OptionId option, const char *text,
+                         OptionValue *value) {
+    value->integer = 0;
+    for (const char *at = strcmp(text, "none") == 0 ? "" : text; *at; at += *at == ',') {
+        size_t n = strcspn(at, ",");
+        Layer layer;
+        if (!layer_find(at, n, &layer)) {
+            const char *name = arena_string(reader->arena, at, n);
+            const char *near = diag_nearest(name, layer_names, LAYER_COUNT);
+            return near ? fail(reader, "%s: there is no layer '%s'; did you mean '%s'?",
+                               option_spelling(reader->arena, option), name, near)
+                        : fail(reader, "%s: there is no layer '%s': they are%s",
+                               option_spelling(reader->arena, option), name, layer_words);
+        }
+        value->integer |= 1u << layer;
+        at += n;
+    }
+    return true;
+}
+
 static bool parse_shutter(const Reader *reader, OptionId option, const char *text,
                           OptionValue *value) {
     static const char *const units[] = {"deg", "turn", "rad", "f", "s", "ms", "us"};
@@ -248,6 +289,10 @@ static bool parse_value(const Reader *reader, OptionId option, const char *text,
         return parse_size(reader, option, text, value);
     case OPTION_KIND_RANGE:
         return parse_range(reader, option, text, value);
+    case OPTION_KIND_CROP:
+        return parse_crop(reader, option, text, value);
+    case OPTION_KIND_LAYERS:
+        return parse_layers(reader, option, text, value);
     case OPTION_KIND_SHUTTER:
         return parse_shutter(reader, option, text, value);
     case OPTION_KIND_FRAMES:

@@ -66,6 +66,8 @@ typedef enum {
     OPTION_KIND_BYTES,   // integer
     OPTION_KIND_SIZE,    // width, height
     OPTION_KIND_RANGE,   // first, last
+    OPTION_KIND_CROP,    // crop
+    OPTION_KIND_LAYERS,  // integer: a set
     OPTION_KIND_SHUTTER, // text, known to be a number and a unit
     OPTION_KIND_FRAMES,  // frames
     OPTION_KIND_CHOICE,  // integer: index of the word
@@ -94,6 +96,7 @@ typedef struct {
     double number;
     uint32_t width, height;
     uint32_t first, last; // first <= last
+    uint32_t crop[4];     // x0, x1, y0, y1; x0 < x1, y0 < y1
     FrameList frames;
 } OptionValue;
 

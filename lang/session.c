@@ -191,6 +191,25 @@ static bool check_subframes(const Session *session, const RenderOptions *render)
     return true;
 }
 
+static bool set_crop(const Session *session, RenderOptions *render) {
+    const OptionValue *value = &session->options->values[OPTION_CROP];
+    const FilmSettings *film = &session->scene->film;
+    if (!value->is_set) {
+        return true;
+    }
+    const uint32_t *crop = value->crop;
+    if (crop[1] > film->width || crop[3] > film->height) {
+        fprintf(stderr, "st4: error: --crop: '%s' reaches beyond the picture of %ux%u pixels\n",
+                value->text, film->width, film->height);
+        return false;
+    }
+    render->crop_x0 = crop[0];
+    render->crop_x1 = crop[1];
+    render->crop_y0 = crop[2];
+    render->crop_y1 = crop[3];
+    return true;
+}
+
 bool session_render_options(const Session *session, RenderOptions *render) {
     const OptionValue *values = session->options->values;
     const RenderSettings *settings = &session->scene->render;
@@ -208,6 +227,8 @@ bool session_render_options(const Session *session, RenderOptions *render) {
         .checkpoint = values[OPTION_CHECKPOINT].number,
         .resume = option_flag(session->options, OPTION_RESUME),
         .skip_existing = option_flag(session->options, OPTION_SKIP_EXISTING),
+        .has_layers = values[OPTION_AOV].is_set,
+        .layers = (uint32_t)values[OPTION_AOV].integer,
         .n_threads = n_threads ? (uint32_t)n_threads : (uint32_t)omp_get_num_procs(),
         .memory = values[OPTION_MEMORY].integer,
         .accel = find_accel(session, values[OPTION_ACCEL].text),
@@ -217,6 +238,9 @@ bool session_render_options(const Session *session, RenderOptions *render) {
         .software = "st4 " ST4_VERSION,
         .command_line = session->options->recipe,
     };
+    if (!set_crop(session, render)) {
+        return false;
+    }
     AccelOptions *accel = &render->accel_options;
     accel->kappa = values[OPTION_KAPPA].number;
     accel->leaf_size = (uint32_t)values[OPTION_LEAF_SIZE].integer;

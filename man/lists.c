@@ -108,6 +108,18 @@ static void print_option(char letter, const char *name, const char *argument, co
     print_commands_of(commands);
 }
 
+// Channels stand in a file as they are written here.
+static void list_layers(void) {
+    puts(".Bl -tag -width Ds");
+#define LAYER(id, name, channels, help)                                                            \
+    printf(".It Cm %s\n", name);                                                                   \
+    print_sentence(help);                                                                          \
+    puts("Channels: " channels ".");
+#include "render/layers.def"
+#undef LAYER
+    puts(".El");
+}
+
 static void list_options(void) {
     puts(".Bl -tag -width Ds");
 #define OPTION(id, letter, name, argument, kind, least, most, fallback, commands, help)            \
@@ -392,6 +404,7 @@ int main(int argc, char **argv) {
         {"commands", list_commands}, {"options", list_options}, {"warnings", list_warnings},
         {"units", list_units},       {"nodes", list_nodes},     {"functions", list_functions},
         {"modes", list_modes},       {"ends", list_ends},       {"words", list_words},
+        {"layers", list_layers},
     };
     for (size_t i = 0; argc == 2 && i < sizeof lists / sizeof *lists; i++) {
         if (!strcmp(argv[1], lists[i].name)) {

@@ -27,7 +27,7 @@ bool checkpoint_save(Checkpoint *checkpoint, const char *picture, const Film *fi
         return false;
     }
     double start = progress_clock();
-    if (film_counts(film).total < checkpoint->n_replaced) {
+    if (film_totals(film).total < checkpoint->n_replaced) {
         checkpoint->due = start + checkpoint->seconds;
         return false;
     }
@@ -66,7 +66,7 @@ static const char *misfit(Arena *arena, const Film *film, const FilmOrigin *foun
         return arena_printf(arena, "it begins with sample %u, where sample %u is asked for",
                             found->first + 1, origin->first + 1);
     }
-    uint32_t most = film_counts(film).most;
+    uint32_t most = film_totals(film).most;
     return most > origin->n
                ? arena_printf(arena, "it has up to %u samples per pixel, where %u are asked for",
                               most, origin->n)
@@ -77,7 +77,7 @@ static const char *misfit(Arena *arena, const Film *film, const FilmOrigin *foun
 static uint64_t keep(const char *path, const Film *found, const Reporter *reporter) {
     report_warning(reporter, 0, "checkpoint-not-used",
                    "'%s' holds this picture, unfinished; --resume goes on from there", path);
-    return film_counts(found).total;
+    return film_totals(found).total;
 }
 
 bool checkpoint_begin(Checkpoint *checkpoint, const RenderOptions *options, const char *picture,

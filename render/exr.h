@@ -25,6 +25,7 @@ typedef struct {
 typedef struct {
     uint32_t width, height;
     uint32_t x, y; // when reading: where the present chunk begins
+    int32_t first; // when writing: number of the first line
     float *values[EXR_CHANNEL_LIMIT];
 } ExrPlanes;
 

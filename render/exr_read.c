@@ -270,6 +270,19 @@ static exr_result_t read_pixels(exr_context_t context, exr_storage_t storage,
     return r;
 }
 
+static void note_crop(const exr_attr_box2i_t *part, const exr_attr_box2i_t *whole,
+                      ImageCrop *crop) {
+    int64_t width = (int64_t)whole->max.x - whole->min.x + 1;
+    int64_t height = (int64_t)whole->max.y - whole->min.y + 1;
+    int64_t x = (int64_t)part->min.x - whole->min.x, y = (int64_t)part->min.y - whole->min.y;
+    bool is_whole = x == 0 && y == 0 && part->max.x == whole->max.x && part->max.y == whole->max.y;
+    bool is_sane = width > 0 && height > 0 && width <= EXR_SIDE_LIMIT && height <= EXR_SIDE_LIMIT &&
+                   x >= INT32_MIN && x <= INT32_MAX && y >= INT32_MIN && y <= INT32_MAX;
+    if (!is_whole && is_sane) {
+        *crop = (ImageCrop){(int32_t)x, (int32_t)y, (uint32_t)width, (uint32_t)height};
+    }
+}
+
 static bool read_part(ExrStream *stream, exr_context_t context, Arena *arena, bool has_pixels,
                       Image *image) {
     exr_storage_t storage;
@@ -280,6 +293,10 @@ static bool read_part(ExrStream *stream, exr_context_t context, Arena *arena, bo
     }
     image->width = (uint32_t)(window.max.x - window.min.x + 1);
     image->height = (uint32_t)(window.max.y - window.min.y + 1);
+    exr_attr_box2i_t whole;
+    if (exr_get_display_window(context, 0, &whole) == EXR_ERR_SUCCESS) {
+        note_crop(&window, &whole, &image->crop);
+    }
     exr_result_t r = get_attributes(context, arena, image);
     if (has_pixels) {
         ExrPlanes planes = {.width = image->width, .height = image->height};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writing EXR by OpenEXRCore: one part, scan lines, ZIP. Chunks are compressed by all threads and
+// Writing EXR by OpenEXRCore: one part, scan lines. Chunks are compressed by all threads and
 // written in order, so the bytes do not depend on the threads.
 #include "render/image.h"
 
@@ -37,13 +37,35 @@ static exr_result_t put_attribute(exr_context_t context, const ImageAttribute *a
     return EXR_ERR_INVALID_ATTR;
 }
 
+static void find_windows(const Image *image, exr_attr_box2i_t *whole, exr_attr_box2i_t *part) {
+    const ImageCrop *crop = &image->crop;
+    bool is_crop = crop->width > 0;
+    whole->min.x = whole->min.y = 0;
+    whole->max.x = (int32_t)(is_crop ? crop->width : image->width) - 1;
+    whole->max.y = (int32_t)(is_crop ? crop->height : image->height) - 1;
+    part->min.x = crop->x;
+    part->min.y = crop->y;
+    part->max.x = crop->x + (int32_t)image->width - 1;
+    part->max.y = crop->y + (int32_t)image->height - 1;
+}
+
+static const exr_compression_t compressions[] = {[COMPRESSION_ZIP] = EXR_COMPRESSION_ZIP,
+                                                 [COMPRESSION_ZIPS] = EXR_COMPRESSION_ZIPS,
+                                                 [COMPRESSION_PIZ] = EXR_COMPRESSION_PIZ,
+                                                 [COMPRESSION_RLE] = EXR_COMPRESSION_RLE,
+                                                 [COMPRESSION_NONE] = EXR_COMPRESSION_NONE};
+
 static exr_result_t put_header(exr_context_t context, const Image *image) {
     int part;
     exr_result_t r = exr_set_longname_support(context, 1);
     r = r ? r : exr_add_part(context, "", EXR_STORAGE_SCANLINE, &part);
+    exr_attr_box2i_t whole, window;
+    find_windows(image, &whole, &window);
+    const exr_attr_v2f_t center = {.x = 0, .y = 0};
     r = r ? r
-          : exr_initialize_required_attr_simple(context, 0, (int32_t)image->width,
-                                                (int32_t)image->height, EXR_COMPRESSION_ZIP);
+          : exr_initialize_required_attr(context, 0, &whole, &window, 1, &center, 1,
+                                         EXR_LINEORDER_INCREASING_Y,
+                                         compressions[image->compression]);
     r = r ? r : exr_set_zip_compression_level(context, 0, ZIP_LEVEL);
     for (uint32_t i = 0; !r && i < image->n_channels; i++) {
         const ImageChannel *c = &image->channels[i];
@@ -71,7 +93,7 @@ static exr_result_t pack_chunk(exr_encode_pipeline_t *pipe) {
     const ExrPlanes *planes = pipe->encoding_user_data;
     uint8_t *start = pipe->packed_buffer, *at = start;
     for (int32_t y = 0; y < pipe->chunk.height; y++) {
-        size_t row = (size_t)(pipe->chunk.start_y + y) * planes->width;
+        size_t row = (size_t)(pipe->chunk.start_y - planes->first + y) * planes->width;
         for (int16_t c = 0; c < pipe->channel_count; c++) {
             const float *values = planes->values[c] + row;
             bool half = pipe->channels[c].data_type == EXR_PIXEL_HALF;
@@ -121,11 +143,12 @@ static exr_result_t put_pixels(exr_context_t context, ExrPlanes *planes) {
         exr_encode_pipeline_t pipe = EXR_ENCODE_PIPELINE_INITIALIZER;
 #pragma omp for ordered schedule(static, 1)
         for (int i = 0; i < n_chunks; i++) {
-            exr_result_t r = compress_chunk(context, planes, i * lines, &pipe);
+            int y = planes->first + i * lines;
+            exr_result_t r = compress_chunk(context, planes, y, &pipe);
 #pragma omp ordered
             {
                 if (!result && !r) {
-                    r = exr_write_scanline_chunk(context, 0, i * lines, pipe.compressed_buffer,
+                    r = exr_write_scanline_chunk(context, 0, y, pipe.compressed_buffer,
                                                  pipe.compressed_bytes);
                 }
                 result = result ? result : r;
@@ -149,6 +172,7 @@ static exr_result_t collect_planes(exr_context_t context, const Image *image, Ex
     }
     planes->width = image->width;
     planes->height = image->height;
+    planes->first = image->crop.y;
     return r;
 }
 

@@ -32,12 +32,16 @@ bool film_file_has_ending(const char *path) {
 }
 
 static uint32_t checksum(uint32_t before, const void *bytes, size_t n) {
-    return (uint32_t)crc32_z(before, bytes, n);
+    return n ? (uint32_t)crc32_z(before, bytes, n) : before; // of nothing at NULL it begins anew
 }
 
 // ---- Writing
 
 static void put_32(FILE *out, uint32_t value) {
+    fwrite(&value, sizeof value, 1, out);
+}
+
+static void put_64(FILE *out, uint64_t value) {
     fwrite(&value, sizeof value, 1, out);
 }
 
@@ -59,11 +63,42 @@ static void put_attributes(FILE *out, const ImageAttribute *attributes, uint32_t
     }
 }
 
+// What is behind the planes.
+typedef struct {
+    uint32_t *ids;
+    size_t n_ids;
+    char *names; // to be freed; NULL: no memory
+    size_t n_names;
+} Things;
+
+static Things format_things(const Film *film, const FilmOrigin *origin, Arena *arena) {
+    Things things = {0};
+    FILE *out = open_memstream(&things.names, &things.n_names);
+    if (!out) {
+        return things;
+    }
+    for (int k = 0; k < N_FILM_IDS; k++) {
+        put_32(out, (uint32_t)origin->names[k].n);
+        for (size_t i = 0; i < origin->names[k].n; i++) {
+            put_32(out, origin->names[k].names[i].number);
+            put_string(out, origin->names[k].names[i].name);
+        }
+    }
+    if (fclose(out)) {
+        free(things.names);
+        things.names = NULL;
+    }
+    things.ids = film_save_ids(film, arena, &things.n_ids);
+    return things;
+}
+
 static void put_header(FILE *out, const FilmOrigin *origin, const FilmPlane *planes,
-                       uint32_t n_planes) {
-    const uint32_t numbers[] = {FILM_LAYOUT,          origin->width,     origin->height,
-                                origin->first,        origin->n,         origin->spp,
-                                origin->n_attributes, origin->n_settings};
+                       uint32_t n_planes, const Things *things) {
+    const uint32_t numbers[] = {
+        FILM_LAYOUT,        origin->width,        origin->height,     origin->x,     origin->y,
+        origin->full_width, origin->full_height,  origin->layers,     origin->first, origin->n,
+        origin->spp,        origin->n_attributes, origin->n_settings,
+    };
     fwrite(numbers, sizeof numbers, 1, out);
     put_attributes(out, origin->attributes, origin->n_attributes);
     put_attributes(out, origin->settings, origin->n_settings);
@@ -72,11 +107,13 @@ static void put_header(FILE *out, const FilmOrigin *origin, const FilmPlane *pla
         put_string(out, planes[i].name);
         put_32(out, (uint32_t)planes[i].size);
     }
+    put_64(out, things->n_ids);
+    put_64(out, things->n_names);
 }
 
 // Magic to checksum; to be freed. NULL: no memory.
 static char *format_start(const FilmOrigin *origin, const FilmPlane *planes, uint32_t n_planes,
-                          size_t *size) {
+                          const Things *things, size_t *size) {
     char *text = NULL;
     FILE *out = open_memstream(&text, size);
     if (!out) {
@@ -85,7 +122,7 @@ static char *format_start(const FilmOrigin *origin, const FilmPlane *planes, uin
     fwrite(magic, MAGIC, 1, out);
     put_32(out, FILM_FILE_VERSION);
     put_32(out, 0); // the length, known afterwards
-    put_header(out, origin, planes, n_planes);
+    put_header(out, origin, planes, n_planes, things);
     put_32(out, 0); // the checksum
     if (fclose(out)) {
         free(text);
@@ -98,12 +135,18 @@ static char *format_start(const FilmOrigin *origin, const FilmPlane *planes, uin
     return text;
 }
 
-bool film_file_write(const char *path, const Film *film, const FilmOrigin *origin, char *message,
-                     size_t n) {
+static bool write_part(OutFile *file, const void *bytes, size_t size, uint32_t *sum, char *message,
+                       size_t n) {
+    *sum = checksum(*sum, bytes, size);
+    return outfile_write(file, bytes, size, message, n);
+}
+
+static bool write_all(const char *path, const Film *film, const FilmOrigin *origin,
+                      const Things *things, char *message, size_t n) {
     FilmPlane planes[FILM_MAX_PLANES];
     uint32_t n_planes = film_planes(film, planes), sum = 0;
     size_t size, n_pixels = (size_t)film->width * film->height;
-    char *start = format_start(origin, planes, n_planes, &size);
+    char *start = things->names ? format_start(origin, planes, n_planes, things, &size) : NULL;
     if (!start) {
         snprintf(message, n, "cannot write: %s", strerror(ENOMEM));
         return false;
@@ -113,11 +156,22 @@ bool film_file_write(const char *path, const Film *film, const FilmOrigin *origi
         outfile_open(&file, path, message, n) && outfile_write(&file, start, size, message, n);
     free(start);
     for (uint32_t i = 0; i < n_planes && is_fine; i++) {
-        sum = checksum(sum, planes[i].data, n_pixels * planes[i].size);
-        is_fine = outfile_write(&file, planes[i].data, n_pixels * planes[i].size, message, n);
+        is_fine = write_part(&file, planes[i].data, n_pixels * planes[i].size, &sum, message, n);
     }
-    return is_fine && outfile_write(&file, &sum, sizeof sum, message, n) &&
-           outfile_commit(&file, message, n);
+    return is_fine &&
+           write_part(&file, things->ids, things->n_ids * sizeof *things->ids, &sum, message, n) &&
+           write_part(&file, things->names, things->n_names, &sum, message, n) &&
+           outfile_write(&file, &sum, sizeof sum, message, n) && outfile_commit(&file, message, n);
+}
+
+bool film_file_write(const char *path, const Film *film, const FilmOrigin *origin, char *message,
+                     size_t n) {
+    Arena arena = {0};
+    Things things = format_things(film, origin, &arena);
+    bool is_written = write_all(path, film, origin, &things, message, n);
+    free(things.names);
+    arena_free(&arena);
+    return is_written;
 }
 
 // ---- Reading
@@ -141,6 +195,12 @@ static void take(Cursor *cursor, void *to, size_t n) {
 
 static uint32_t take_32(Cursor *cursor) {
     uint32_t value;
+    take(cursor, &value, sizeof value);
+    return value;
+}
+
+static uint64_t take_64(Cursor *cursor) {
+    uint64_t value;
     take(cursor, &value, sizeof value);
     return value;
 }
@@ -179,6 +239,7 @@ typedef struct {
     uint64_t planes; // where they begin
     uint32_t pixel_bytes, n_planes;
     uint32_t plane_size[FILM_MAX_PLANES];
+    uint64_t n_ids, n_names; // words, bytes
     char *message;
     size_t n;
 } Reader;
@@ -208,6 +269,17 @@ static bool read_bytes(const Reader *reader, void *to, size_t n) {
     return true;
 }
 
+static bool is_sane(const FilmOrigin *origin) {
+    return origin->width && origin->height && origin->full_width <= SIDE_LIMIT &&
+           origin->full_height <= SIDE_LIMIT && origin->width <= origin->full_width &&
+           origin->height <= origin->full_height &&
+           origin->x <= origin->full_width - origin->width &&
+           origin->y <= origin->full_height - origin->height &&
+           origin->layers < 1u << LAYER_COUNT && origin->n_attributes <= ATTRIBUTE_LIMIT &&
+           origin->n_settings <= ATTRIBUTE_LIMIT && origin->n && origin->first <= origin->spp &&
+           origin->n <= origin->spp - origin->first;
+}
+
 static bool take_header(Reader *reader, Cursor *cursor, FilmOrigin *origin) {
     uint32_t layout = take_32(cursor);
     if (layout != FILM_LAYOUT) {
@@ -216,15 +288,17 @@ static bool take_header(Reader *reader, Cursor *cursor, FilmOrigin *origin) {
     }
     *origin = (FilmOrigin){take_32(cursor)};
     origin->height = take_32(cursor);
+    origin->x = take_32(cursor);
+    origin->y = take_32(cursor);
+    origin->full_width = take_32(cursor);
+    origin->full_height = take_32(cursor);
+    origin->layers = take_32(cursor);
     origin->first = take_32(cursor);
     origin->n = take_32(cursor);
     origin->spp = take_32(cursor);
     origin->n_attributes = take_32(cursor);
     origin->n_settings = take_32(cursor);
-    if (!origin->width || !origin->height || origin->width > SIDE_LIMIT ||
-        origin->height > SIDE_LIMIT || origin->n_attributes > ATTRIBUTE_LIMIT ||
-        origin->n_settings > ATTRIBUTE_LIMIT || !origin->n || origin->first > origin->spp ||
-        origin->n > origin->spp - origin->first) {
+    if (!is_sane(origin)) {
         return refuse(reader, "damaged: its header makes no sense");
     }
     origin->attributes = take_attributes(cursor, reader->arena, origin->n_attributes);
@@ -235,6 +309,8 @@ static bool take_header(Reader *reader, Cursor *cursor, FilmOrigin *origin) {
         reader->plane_size[i] = take_32(cursor);
         reader->pixel_bytes += reader->plane_size[i];
     }
+    reader->n_ids = take_64(cursor);
+    reader->n_names = take_64(cursor);
     if (cursor->is_short || cursor->at != cursor->end || reader->n_planes > FILM_MAX_PLANES) {
         return refuse(reader, "damaged: its header makes no sense");
     }
@@ -242,8 +318,11 @@ static bool take_header(Reader *reader, Cursor *cursor, FilmOrigin *origin) {
 }
 
 static bool check_size(const Reader *reader, const FilmOrigin *origin) {
-    uint64_t expected =
-        reader->planes + (uint64_t)origin->width * origin->height * reader->pixel_bytes + 4;
+    uint64_t pixels = (uint64_t)origin->width * origin->height * reader->pixel_bytes;
+    if (reader->n_ids > reader->size / 4 || reader->n_names > reader->size) {
+        return refuse(reader, "damaged: the file ends too early");
+    }
+    uint64_t expected = reader->planes + pixels + reader->n_ids * 4 + reader->n_names + 4;
     if (expected != reader->size) {
         snprintf(reader->message, reader->n, "damaged: it has %llu bytes, %llu are expected",
                  (unsigned long long)reader->size, (unsigned long long)expected);
@@ -282,10 +361,55 @@ static bool read_start(Reader *reader, FilmOrigin *origin) {
     return take_header(reader, &cursor, origin) && check_size(reader, origin);
 }
 
-static bool read_planes(const Reader *reader, const FilmOrigin *origin, Film *film) {
+static bool read_part(const Reader *reader, void *to, size_t size, uint32_t *sum) {
+    for (size_t at = 0; at < size; at += PIECE) {
+        size_t n = size - at < PIECE ? size - at : PIECE;
+        if (!read_bytes(reader, (char *)to + at, n)) {
+            return false;
+        }
+        *sum = checksum(*sum, (char *)to + at, n);
+    }
+    return true;
+}
+
+static bool take_names(const Reader *reader, const unsigned char *bytes, FilmNames *names) {
+    Cursor cursor = {bytes, bytes + reader->n_names, false};
+    for (int k = 0; k < N_FILM_IDS; k++) {
+        uint32_t n = take_32(&cursor);
+        cursor.is_short |= n > (size_t)(cursor.end - cursor.at) / 8;
+        n = cursor.is_short ? 0 : n;
+        names[k] = (FilmNames){ARENA_ARRAY(reader->arena, n, FilmName), n, n};
+        for (uint32_t i = 0; i < n; i++) {
+            names[k].names[i].number = take_32(&cursor);
+            names[k].names[i].name = take_string(&cursor, reader->arena);
+            cursor.is_short |= i && names[k].names[i - 1].number >= names[k].names[i].number;
+        }
+    }
+    return !cursor.is_short && cursor.at == cursor.end;
+}
+
+// Whether there is a name for everything in the film.
+static bool are_named(const Film *film, const FilmNames *names) {
+    for (int k = 0; k < N_FILM_IDS; k++) {
+        for (size_t i = 0; film->ids[k] && i < (size_t)film->width * film->height; i++) {
+            for (const FilmIds *ids = &film->ids[k][i]; ids; ids = ids->more) {
+                for (int j = 0; j < FILM_IDS && ids->n[j]; j++) {
+                    if (!film_names_get(&names[k], ids->id[j])) {
+                        return false;
+                    }
+                }
+            }
+        }
+    }
+    return true;
+}
+
+static bool read_sums(const Reader *reader, FilmOrigin *origin, Film *film) {
     FilmPlane planes[FILM_MAX_PLANES];
     uint32_t sum = 0, found;
-    film_init(film, reader->arena, origin->width, origin->height);
+    film_init(film, reader->arena, origin->layers, origin->width, origin->height);
+    film->x = origin->x;
+    film->y = origin->y;
     uint32_t n_planes = film_planes(film, planes);
     bool is_same = n_planes == reader->n_planes;
     for (uint32_t i = 0; i < n_planes && is_same; i++) {
@@ -296,18 +420,23 @@ static bool read_planes(const Reader *reader, const FilmOrigin *origin, Film *fi
     }
     for (uint32_t i = 0; i < n_planes; i++) {
         size_t size = (size_t)origin->width * origin->height * planes[i].size;
-        for (size_t at = 0; at < size; at += PIECE) {
-            size_t n = size - at < PIECE ? size - at : PIECE;
-            if (!read_bytes(reader, (char *)planes[i].data + at, n)) {
-                return false;
-            }
-            sum = checksum(sum, (char *)planes[i].data + at, n);
+        if (!read_part(reader, planes[i].data, size, &sum)) {
+            return false;
         }
     }
-    if (!read_bytes(reader, &found, sizeof found)) {
+    uint32_t *ids = ARENA_ARRAY(reader->arena, reader->n_ids, uint32_t);
+    unsigned char *names = ARENA_ARRAY(reader->arena, reader->n_names, unsigned char);
+    if (!read_part(reader, ids, reader->n_ids * sizeof *ids, &sum) ||
+        !read_part(reader, names, reader->n_names, &sum) ||
+        !read_bytes(reader, &found, sizeof found)) {
         return false;
     }
-    return found == sum || refuse(reader, "damaged: the checksum of its sums is wrong");
+    if (found != sum) {
+        return refuse(reader, "damaged: the checksum of its sums is wrong");
+    }
+    return (take_names(reader, names, origin->names) &&
+            film_restore_ids(film, ids, reader->n_ids) && are_named(film, origin->names)) ||
+           refuse(reader, "damaged: its objects and materials make no sense");
 }
 
 // film: NULL where the origin is enough.
@@ -327,7 +456,7 @@ static bool read_file(Arena *arena, const char *path, Film *film, FilmOrigin *or
     reader.size = (uint64_t)s.st_size;
     bool is_read = S_ISREG(s.st_mode) ? read_start(&reader, origin)
                                       : refuse(&reader, "cannot read: not a regular file");
-    is_read = is_read && (!film || read_planes(&reader, origin, film));
+    is_read = is_read && (!film || read_sums(&reader, origin, film));
     close(reader.fd);
     return is_read;
 }

@@ -12,28 +12,35 @@
 //     magic     8 bytes, "ST4FILM\n"
 //     version   uint32, FILM_FILE_VERSION
 //     length    uint32, bytes of the header that follows
-//     header    uint32: layout (FILM_LAYOUT), width, height, first, n, spp,
-//               n_attributes, n_settings; attributes, settings;
-//               uint32: n_planes; for each plane its name and uint32 bytes of a pixel
+//     header    uint32: layout (FILM_LAYOUT), width, height, x, y, full width, full height,
+//               layers, first, n, spp, n_attributes, n_settings; attributes, settings;
+//               uint32: n_planes; for each plane its name and uint32 bytes of a pixel;
+//               uint64: words of ids, bytes of names
 //     checksum  uint32, CRC-32 of all before
 //     planes    one after the other, [height][width]
-//     checksum  uint32, CRC-32 of the planes
+//     ids       uint32 words of film_save_ids
+//     names     of objects and of materials: uint32 how many; for each its number and its name
+//     checksum  uint32, CRC-32 of planes, ids and names
 #ifndef RENDER_FILM_FILE_H
 #define RENDER_FILM_FILE_H
 
-#include "render/film.h"
+#include "render/film_names.h"
 
-enum { FILM_FILE_VERSION = 1 };
+enum { FILM_FILE_VERSION = 2 };
 
 // What a film was made from, and which samples are in it.
 typedef struct {
-    uint32_t width, height;
+    uint32_t width, height;           // of the film
+    uint32_t x, y;                    // its corner in the picture
+    uint32_t full_width, full_height; // of the picture
+    uint32_t layers;                  // a set
     uint32_t first; // index of the first sample of each pixel; 0 is the first of all
     uint32_t n;     // samples of each pixel once it is finished
     uint32_t spp;   // of the picture that this is a part of, >= first + n
     uint32_t n_attributes, n_settings;
-    ImageAttribute *attributes; // [n_attributes] of the picture's header
-    ImageAttribute *settings;   // [n_settings] more of what samples depend on
+    ImageAttribute *attributes;  // [n_attributes] of the picture's header
+    ImageAttribute *settings;    // [n_settings] more of what samples and pictures depend on
+    FilmNames names[N_FILM_IDS]; // of what is in the film; no part of what is compared
 } FilmOrigin;
 
 bool film_file_has_ending(const char *path);
@@ -46,7 +53,7 @@ bool film_file_is(const char *path);
 bool film_file_write(const char *path, const Film *film, const FilmOrigin *origin, char *message,
                      size_t n);
 
-// What the file says of itself; its size and the header's checksum are right then.
+// What the file says of itself, but for names; its size and the header's checksum are right then.
 bool film_file_read_origin(Arena *arena, const char *path, FilmOrigin *origin, char *message,
                            size_t n);
 
@@ -55,13 +62,20 @@ bool film_file_read_origin(Arena *arena, const char *path, FilmOrigin *origin, c
 bool film_file_read(Arena *arena, const char *path, Film *film, FilmOrigin *origin, char *message,
                     size_t n);
 
+// "10,30,20,48 of 64x48", as --crop has it; NULL: the whole picture.
+const char *film_origin_crop(Arena *arena, const FilmOrigin *origin);
+
+// "z,normal", as --aov has it.
+const char *film_origin_layers(Arena *arena, const FilmOrigin *origin);
+
 // What differs, as text.
 typedef struct {
     const char *name, *a, *b;
 } FilmDifference;
 
-// Whether both are of the same samples: size, attributes (but for "command" and "samples", which
-// say nothing of a sample) and settings. False: the first difference, from the arena.
+// Whether both are of the same samples: size, crop, layers, attributes (but for "command" and
+// "samples", which say nothing of a sample) and settings. False: the first difference, from the
+// arena.
 bool film_origin_agrees(Arena *arena, const FilmOrigin *a, const FilmOrigin *b,
                         FilmDifference *difference);
 
@@ -69,12 +83,5 @@ bool film_origin_agrees(Arena *arena, const FilmOrigin *a, const FilmOrigin *b,
 bool film_attributes_agree(Arena *arena, const ImageAttribute *a, uint32_t n_a,
                            const ImageAttribute *b, uint32_t n_b, bool is_strict,
                            FilmDifference *difference);
-
-typedef struct {
-    uint32_t least, most; // samples of a pixel
-    uint64_t total;       // samples of all pixels
-} FilmCounts;
-
-FilmCounts film_counts(const Film *film);
 
 #endif

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether two films are of the same samples, and how many are in one.
+// Whether two films are of the same samples, by what they were made from.
 #include "render/film_file.h"
 
 #include <string.h>
@@ -58,28 +58,49 @@ bool film_attributes_agree(Arena *arena, const ImageAttribute *a, uint32_t n_a,
            are_in(arena, b, n_b, a, n_a, is_strict, true, difference);
 }
 
+const char *film_origin_crop(Arena *arena, const FilmOrigin *origin) {
+    bool is_whole = origin->width == origin->full_width && origin->height == origin->full_height;
+    return is_whole ? NULL
+                    : arena_printf(arena, "%u,%u,%u,%u of %ux%u", origin->x,
+                                   origin->x + origin->width, origin->y, origin->y + origin->height,
+                                   origin->full_width, origin->full_height);
+}
+
+const char *film_origin_layers(Arena *arena, const FilmOrigin *origin) {
+    static const char *const names[LAYER_COUNT] = {
+#define LAYER(id, name, channels, help) name,
+#include "render/layers.def"
+#undef LAYER
+    };
+    const char *list = "";
+    for (int k = 0; k < LAYER_COUNT; k++) {
+        if (origin->layers >> k & 1) {
+            list = arena_printf(arena, "%s%s%s", list, *list ? "," : "", names[k]);
+        }
+    }
+    return *list ? list : "none";
+}
+
+static const char *size_of(Arena *arena, const FilmOrigin *origin) {
+    const char *crop = film_origin_crop(arena, origin);
+    const char *size = arena_printf(arena, "%ux%u", origin->width, origin->height);
+    return crop ? arena_printf(arena, "%s (crop %s)", size, crop) : size;
+}
+
+static bool differ(const char *name, const char *a, const char *b, FilmDifference *difference) {
+    *difference = (FilmDifference){name, a, b};
+    return strcmp(a, b) != 0;
+}
+
 bool film_origin_agrees(Arena *arena, const FilmOrigin *a, const FilmOrigin *b,
                         FilmDifference *difference) {
-    if (a->width != b->width || a->height != b->height) {
-        *difference = (FilmDifference){"size", arena_printf(arena, "%ux%u", a->width, a->height),
-                                       arena_printf(arena, "%ux%u", b->width, b->height)};
+    if (differ("size", size_of(arena, a), size_of(arena, b), difference) ||
+        differ("list of layers", film_origin_layers(arena, a), film_origin_layers(arena, b),
+               difference)) {
         return false;
     }
     return film_attributes_agree(arena, a->attributes, a->n_attributes, b->attributes,
                                  b->n_attributes, false, difference) &&
            film_attributes_agree(arena, a->settings, a->n_settings, b->settings, b->n_settings,
                                  false, difference);
-}
-
-FilmCounts film_counts(const Film *film) {
-    FilmCounts counts = {.least = UINT32_MAX};
-    for (uint32_t y = 0; y < film->height; y++) {
-        for (uint32_t x = 0; x < film->width; x++) {
-            uint32_t n = film_count(film, x, y);
-            counts.least = n < counts.least ? n : counts.least;
-            counts.most = n > counts.most ? n : counts.most;
-            counts.total += n;
-        }
-    }
-    return counts;
 }

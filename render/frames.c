@@ -71,6 +71,26 @@ static void troubles_init(PathTroubles *troubles, Arena *arena, const Scene *sce
     troubles->materials = ARENA_ARRAY(arena, scene->n_materials, bool);
 }
 
+// With the names of what the film has seen by now.
+static bool save_checkpoint(Run *run, const char *picture, const FilmOrigin *origin) {
+    Arena arena = {0};
+    FilmOrigin named = *origin;
+    film_names_find(&run->scene, &run->film, &arena, named.names);
+    bool is_saved = checkpoint_save(&run->checkpoint, picture, &run->film, &named, run->reporter);
+    arena_free(&arena);
+    return is_saved;
+}
+
+static bool write_picture(const Run *run, const char *picture, const FilmOrigin *origin,
+                          char *message, size_t n) {
+    Arena arena = {0};
+    FilmOrigin named = *origin;
+    film_names_find(&run->scene, &run->film, &arena, named.names);
+    bool is_written = output_write(picture, &run->film, &named, message, n);
+    arena_free(&arena);
+    return is_written;
+}
+
 // Traces what the film of the frame lacks, with a checkpoint now and then. An exit status.
 static int trace_frame(Run *run, const World *world, int64_t frame, const char *picture,
                        const FilmOrigin *origin) {
@@ -82,7 +102,7 @@ static int trace_frame(Run *run, const World *world, int64_t frame, const char *
         outcome = tiles_trace(&run->paths, world, run->options, &pass, &run->film, &run->progress,
                               run->stats, &run->troubles);
         if (outcome != TILES_DONE && world_is_sound(world, NULL)) {
-            checkpoint_save(&run->checkpoint, picture, &run->film, origin, run->reporter);
+            save_checkpoint(run, picture, origin);
         }
     } while (outcome == TILES_DUE);
     run->stats->trace_seconds +=
@@ -103,7 +123,7 @@ static int trace(Run *run, const World *world, int64_t frame, const char *pictur
 // Whatever is in the way of the picture may be cleared away: the sums are kept if they can be.
 static int refuse_picture(Run *run, const char *picture, const FilmOrigin *origin,
                           const char *why) {
-    bool is_kept = checkpoint_save(&run->checkpoint, picture, &run->film, origin, run->reporter);
+    bool is_kept = save_checkpoint(run, picture, origin);
     Arena arena = {0};
     const char *kept = is_kept ? "; its checkpoint is kept, --resume writes it again" : "";
     run->reporter->emit(run->reporter->context, 0, NULL,
@@ -116,7 +136,7 @@ static int refuse_picture(Run *run, const char *picture, const FilmOrigin *origi
 static bool begin_film(Run *run, const char *picture, const FilmOrigin *origin) {
     bool is_fine = checkpoint_begin(&run->checkpoint, run->options, picture, &run->film, origin,
                                     run->reporter);
-    progress_skip(&run->progress, film_counts(&run->film).total);
+    progress_skip(&run->progress, film_totals(&run->film).total);
     return is_fine;
 }
 
@@ -140,7 +160,7 @@ static int make_picture(Run *run, const World *world, int64_t frame, const char 
         return status;
     }
     double traced = progress_clock();
-    bool is_written = output_write(picture, &run->film, origin, message, sizeof message);
+    bool is_written = write_picture(run, picture, origin, message, sizeof message);
     run->stats->write_seconds += progress_clock() - traced;
     if (!is_written) {
         return refuse_picture(run, picture, origin, message);
@@ -300,18 +320,28 @@ static int render_all(Run *run) {
     return status;
 }
 
-static int render_blocks(Run *run) {
+static void make_film(Run *run) {
     const RenderOptions *options = run->options;
     const FilmSettings *settings = &run->scene.film;
+    bool is_crop = options->crop_x1 > 0;
+    film_init(&run->film, &run->arena, settings->layers,
+              is_crop ? options->crop_x1 - options->crop_x0 : settings->width,
+              is_crop ? options->crop_y1 - options->crop_y0 : settings->height);
+    run->film.x = options->crop_x0;
+    run->film.y = options->crop_y0;
+}
+
+static int render_blocks(Run *run) {
+    const RenderOptions *options = run->options;
     world_place_camera(&run->arena, &run->scene);
     survey_scene(&run->scene, options, run->reporter);
     path_scene_init(&run->paths, &run->arena, &run->scene);
-    film_init(&run->film, &run->arena, settings->width, settings->height);
+    make_film(run);
     troubles_init(&run->troubles, &run->arena, &run->scene);
     troubles_init(&run->reported, &run->arena, &run->scene);
     uint64_t spp =
         options->last_sample ? options->last_sample - options->first_sample + 1 : options->spp;
-    run->frame_samples = (uint64_t)settings->width * settings->height * spp;
+    run->frame_samples = (uint64_t)run->film.width * run->film.height * spp;
     progress_begin(&run->progress, options->progress, options->n_frames,
                    run->frame_samples * options->n_frames);
     run->n_frames = options->n_frames;
@@ -332,6 +362,9 @@ int render_frames(const Scene *scene, const RenderOptions *options, const Report
     // A quarter for pictures; vertex arrays and trees take what they need.
     texture_set_memory((options->memory ? options->memory : (size_t)4 << 30) / 4);
     Run run = {.options = options, .reporter = reporter, .stats = stats, .scene = *scene};
+    if (options->has_layers) {
+        run.scene.film.layers = options->layers;
+    }
     interrupt_begin();
     int status = render_blocks(&run);
     interrupt_end();

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image files: which reader or writer, the shared object behind the formats that are not EXR, and
-// the way between linear light and the 8-bit sRGB curve (IEC 61966-2-1).
+// Image files: which reader or writer, the shared object behind the formats that are not EXR.
 #include "render/image.h"
 
 #include <errno.h>
@@ -11,6 +10,7 @@
 #include <strings.h>
 #include <sys/stat.h>
 
+#include "render/display.h"
 #include "render/image_oiio.h"
 #include "render/outfile.h"
 #include "render/plugin.h"
@@ -44,35 +44,11 @@ static bool is_exr(const char *path) {
     return strcasecmp(ending(path), "exr") == 0;
 }
 
-static double linear_from_srgb(double v) {
-    return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
-}
-
-// step[i]: the linear value from which on the byte is i rather than i - 1.
-static void make_steps(double step[256]) {
-    for (int i = 1; i < 256; i++) {
-        step[i] = linear_from_srgb((i - 0.5) / 255);
-    }
-}
-
-// The nearest byte on the curve; what is below 0 or no number gives 0.
-static uint8_t byte_from_linear(const double step[256], double v) {
-    int low = 0, high = 256;
-    while (high - low > 1) {
-        int middle = (low + high) / 2;
-        if (v >= step[middle]) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    return (uint8_t)low;
-}
-
 // Channels missing come as an error; the colour of an image with alpha is divided by it, since
 // 8-bit formats want it so, before the curve.
-static bool fill_bytes(const Image *image, bool alpha, double exposure, uint8_t *bytes,
-                       char *message, size_t n) {
+bool image_bytes(const Image *image, const FilmSettings *film, uint8_t *bytes, char *message,
+                 size_t n) {
+    const bool alpha = film->transparent;
     static const char *const names[4] = {"R", "G", "B", "A"};
     const float *values[4];
     size_t n_channels = alpha ? 4 : 3, n_pixels = (size_t)image->width * image->height;
@@ -84,13 +60,14 @@ static bool fill_bytes(const Image *image, bool alpha, double exposure, uint8_t 
         }
         values[c] = channel->values;
     }
-    double step[256], scale = exp2(exposure);
-    make_steps(step);
+    Display display;
+    display_init(&display, film->view, film->exposure);
     for (size_t i = 0; i < n_pixels; i++, bytes += n_channels) {
-        double a = alpha ? (double)values[3][i] : 1, gain = a > 0 ? scale / a : 0;
+        double a = alpha ? (double)values[3][i] : 1, gain = a > 0 ? 1 / a : 0, color[3];
         for (size_t c = 0; c < 3; c++) {
-            bytes[c] = byte_from_linear(step, (double)values[c][i] * gain);
+            color[c] = (double)values[c][i] * gain;
         }
+        display_color(&display, color, bytes);
         if (alpha) {
             bytes[3] = (uint8_t)(255 * (a > 0 ? fmin(a, 1) : 0) + 0.5);
         }
@@ -158,7 +135,7 @@ bool image_write_check(const char *path, char *message, size_t n) {
     return true;
 }
 
-bool image_write(const char *path, const Image *image, bool alpha, double exposure, char *message,
+bool image_write(const char *path, const Image *image, const FilmSettings *film, char *message,
                  size_t n) {
     if (is_exr(path)) {
         return image_write_exr(path, image, message, n);
@@ -167,13 +144,13 @@ bool image_write(const char *path, const Image *image, bool alpha, double exposu
     if (!format) {
         return false;
     }
-    uint32_t n_channels = alpha ? 4 : 3;
+    uint32_t n_channels = film->transparent ? 4 : 3;
     uint8_t *bytes = malloc((size_t)image->width * image->height * n_channels);
     if (!bytes) {
         snprintf(message, n, "cannot write: %s", strerror(ENOMEM));
         return false;
     }
-    bool done = fill_bytes(image, alpha, exposure, bytes, message, n) &&
+    bool done = image_bytes(image, film, bytes, message, n) &&
                 write_bytes(path, format, bytes, image, n_channels, message, n);
     free(bytes);
     return done;
@@ -189,7 +166,7 @@ static void spread(Image *image, const ImageOiioInfo *info, const float *values)
         for (size_t i = 0; i < n_pixels; i++) {
             float v = values[i * info->n_channels + c];
             channel->values[i] =
-                is_colour && info->is_srgb ? (float)linear_from_srgb((double)v) : v;
+                is_colour && info->is_srgb ? (float)display_linear_from_srgb((double)v) : v;
         }
     }
     for (uint32_t c = 0; alpha && info->is_unassociated && c < info->n_channels; c++) {

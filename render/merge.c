@@ -115,14 +115,14 @@ static bool check_outs(Merge *merge, const FilmOrigin *origin, const char *const
     return true;
 }
 
-static bool add_part(Merge *merge, const Part *part, Film *sum) {
+static bool add_part(Merge *merge, const Part *part, Film *sum, FilmOrigin *sum_origin) {
     char message[OUTPUT_MESSAGE_SIZE];
     Arena arena = {0};
     Film film;
     FilmOrigin origin;
     bool is_read = film_file_read(&arena, part->path, &film, &origin, message, sizeof message);
     if (is_read) {
-        FilmCounts counts = film_counts(&film);
+        FilmTotals counts = film_totals(&film);
         is_read = counts.least == origin.n && counts.most == origin.n;
         snprintf(message, sizeof message,
                  "not finished: pixels have %u to %u of %u samples; --resume goes on from there",
@@ -130,6 +130,7 @@ static bool add_part(Merge *merge, const Part *part, Film *sum) {
     }
     if (is_read) {
         film_merge(sum, &film);
+        film_names_add(&merge->arena, sum_origin->names, origin.names);
     } else {
         refuse_file(merge, part->path, message);
     }
@@ -161,10 +162,12 @@ bool merge_films(const char *const *parts, size_t n_parts, const char *const *ou
         is_fine = check_outs(&merge, &origin, outs, n_outs);
     }
     if (is_fine) {
-        film_init(&sum, &merge.arena, origin.width, origin.height);
+        film_init(&sum, &merge.arena, origin.layers, origin.width, origin.height);
+        sum.x = origin.x;
+        sum.y = origin.y;
     }
     for (size_t i = 0; i < n_parts && is_fine; i++) {
-        is_fine = add_part(&merge, &merge.parts[i], &sum);
+        is_fine = add_part(&merge, &merge.parts[i], &sum, &origin);
     }
     is_fine = is_fine && write_outs(&merge, &sum, &origin, outs, n_outs);
     *samples = (MergedSamples){origin.first + 1, origin.first + origin.n, origin.spp};

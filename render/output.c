@@ -6,11 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "render/cryptomatte.h"
 #include "render/outfile.h"
 
-// Settings that make pictures of 8 bits.
+// Settings that pictures depend on.
 #define TRANSPARENT "transparent"
 #define EXPOSURE    "exposure"
+#define VIEW        "view"
+#define HALF        "half"
+#define COMPRESSION "compression"
 
 // Where in a pattern the frame's number goes.
 typedef struct {
@@ -126,20 +130,25 @@ bool output_check(const RenderOptions *options, const Reporter *reporter) {
     return true;
 }
 
-// The rational of least denominator within a millionth of a frame per second: 24000/1001 too.
-static ImageAttribute rational(const char *name, double value) {
-    ImageAttribute attribute = {.name = name, .kind = ATTRIBUTE_RATIONAL, .denominator = 1};
+void render_rate(double fps, int32_t *numerator, uint32_t *denominator) {
+    *numerator = 0;
+    *denominator = 1;
     for (uint32_t d = 1; d <= 10010; d++) {
-        double numerator = rint(value * d);
-        if (numerator > INT32_MAX) {
+        double rounded = rint(fps * d);
+        if (rounded > INT32_MAX) {
             break;
         }
-        attribute.numerator = (int32_t)numerator;
-        attribute.denominator = d;
-        if (fabs(numerator / d - value) < 1e-6) {
+        *numerator = (int32_t)rounded;
+        *denominator = d;
+        if (fabs(rounded / d - fps) < 1e-6) {
             break;
         }
     }
+}
+
+static ImageAttribute rate(const char *name, double fps) {
+    ImageAttribute attribute = {.name = name, .kind = ATTRIBUTE_RATIONAL};
+    render_rate(fps, &attribute.numerator, &attribute.denominator);
     return attribute;
 }
 
@@ -173,18 +182,27 @@ void output_describe(const Scene *scene, const RenderOptions *options, int64_t f
         number("samples", ATTRIBUTE_INT, 0), // known when the picture is written
         number("frame", ATTRIBUTE_INT, (double)frame),
         number("expTime", ATTRIBUTE_FLOAT, shutter->length / film->fps),
-        rational("framesPerSecond", film->fps),
+        rate("framesPerSecond", film->fps),
     };
     const ImageAttribute settings[] = {
         number("tolerance", ATTRIBUTE_FLOAT, options->tolerance),
         number("bake", ATTRIBUTE_INT, options->bake),
         number(TRANSPARENT, ATTRIBUTE_INT, film->transparent),
         number(EXPOSURE, ATTRIBUTE_FLOAT, film->exposure),
+        number(VIEW, ATTRIBUTE_INT, film->view),
+        number(HALF, ATTRIBUTE_INT, film->half),
+        number(COMPRESSION, ATTRIBUTE_INT, film->compression),
     };
+    bool is_crop = options->crop_x1 > 0;
     uint32_t first = options->first_sample ? options->first_sample - 1 : 0;
     *origin = (FilmOrigin){
-        .width = film->width,
-        .height = film->height,
+        .width = is_crop ? options->crop_x1 - options->crop_x0 : film->width,
+        .height = is_crop ? options->crop_y1 - options->crop_y0 : film->height,
+        .x = options->crop_x0,
+        .y = options->crop_y0,
+        .full_width = film->width,
+        .full_height = film->height,
+        .layers = film->layers,
         .first = first,
         .n = (options->last_sample ? options->last_sample : options->spp) - first,
         .spp = options->spp,
@@ -204,6 +222,23 @@ static double setting(const FilmOrigin *origin, const char *name) {
     return 0;
 }
 
+// One of an enumeration whose last is `last`: a file may say anything.
+static unsigned word(const FilmOrigin *origin, const char *name, unsigned last) {
+    double value = setting(origin, name);
+    return value > 0 && value <= last ? (unsigned)value : 0;
+}
+
+// What an image takes of them.
+static FilmSettings picture_settings(const FilmOrigin *origin) {
+    return (FilmSettings){
+        .transparent = setting(origin, TRANSPARENT) != 0,
+        .exposure = setting(origin, EXPOSURE),
+        .view = word(origin, VIEW, VIEW_RAW),
+        .half = setting(origin, HALF) != 0,
+        .compression = word(origin, COMPRESSION, COMPRESSION_NONE),
+    };
+}
+
 // The origin's attributes, with how many samples there are.
 static void add_header(const FilmOrigin *origin, Arena *arena, Image *image) {
     copy_attributes(arena, origin->attributes, origin->n_attributes, &image->attributes,
@@ -218,6 +253,31 @@ static void add_header(const FilmOrigin *origin, Arena *arena, Image *image) {
     }
 }
 
+static bool is_part(const FilmOrigin *origin) {
+    return origin->width < origin->full_width || origin->height < origin->full_height;
+}
+
+static ImageCrop crop_of(const FilmOrigin *origin) {
+    return is_part(origin) ? (ImageCrop){(int32_t)origin->x, (int32_t)origin->y, origin->full_width,
+                                         origin->full_height}
+                           : (ImageCrop){0};
+}
+
+// Color, coverage and albedo; what is too bright for 16 bits is as bright as they can say.
+static void use_halves(Image *image) {
+    static const char *const names[] = {"R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B"};
+    const float most = 65504;
+    for (uint32_t c = 0; c < image->n_channels; c++) {
+        ImageChannel *channel = &image->channels[c];
+        for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
+            channel->half |= strcmp(channel->name, names[k]) == 0;
+        }
+        for (size_t i = 0; channel->half && i < (size_t)image->width * image->height; i++) {
+            channel->values[i] = channel->values[i] < most ? channel->values[i] : most;
+        }
+    }
+}
+
 bool output_write(const char *path, const Film *film, const FilmOrigin *origin, char *message,
                   size_t n) {
     if (film_file_has_ending(path)) {
@@ -225,21 +285,45 @@ bool output_write(const char *path, const Film *film, const FilmOrigin *origin, 
     }
     Arena arena = {0};
     Image image;
+    const FilmSettings settings = picture_settings(origin);
     film_image(film, &arena, &image);
     add_header(origin, &arena, &image);
-    bool is_written = image_write(path, &image, setting(origin, TRANSPARENT) != 0,
-                                  setting(origin, EXPOSURE), message, n);
+    cryptomatte_add(origin->names, film, &arena, &image);
+    image.crop = crop_of(origin);
+    image.compression = settings.compression;
+    if (settings.half) {
+        use_halves(&image);
+    }
+    bool is_written = image_write(path, &image, &settings, message, n);
     arena_free(&arena);
     return is_written;
+}
+
+// What the picture shows follows from the rest, and is not known before it is rendered.
+static void drop_names(Image *image) {
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < image->n_attributes; i++) {
+        const ImageAttribute *a = &image->attributes[i];
+        if (strncmp(a->name, CRYPTOMATTE_PREFIX, strlen(CRYPTOMATTE_PREFIX)) != 0) {
+            image->attributes[n++] = *a;
+        }
+    }
+    image->n_attributes = n;
 }
 
 static bool picture_is_made(Arena *arena, const char *path, const FilmOrigin *origin) {
     char message[OUTPUT_MESSAGE_SIZE];
     Image found, wanted = {0};
     FilmDifference difference;
+    ImageCrop crop = crop_of(origin);
     add_header(origin, arena, &wanted);
-    return image_read_exr_header(arena, path, &found, message, sizeof message) &&
-           found.width == origin->width && found.height == origin->height &&
+    if (!image_read_exr_header(arena, path, &found, message, sizeof message)) {
+        return false;
+    }
+    drop_names(&found);
+    return found.width == origin->width && found.height == origin->height &&
+           found.crop.x == crop.x && found.crop.y == crop.y && found.crop.width == crop.width &&
+           found.crop.height == crop.height &&
            film_attributes_agree(arena, found.attributes, found.n_attributes, wanted.attributes,
                                  wanted.n_attributes, true, &difference);
 }

@@ -28,7 +28,8 @@ void output_describe(const Scene *scene, const RenderOptions *options, int64_t f
 bool output_is_made(const char *path, const FilmOrigin *origin);
 
 // Writes the film by the path's ending: its sums, or a picture, whose header is the origin's
-// attributes, "command" and "samples" with the number of samples. A picture takes a film whose
+// attributes, "command" and "samples" with the number of samples; the origin has the names of what
+// is in the film. A picture takes a film whose
 // samples begin with the first. On failure: false, one sentence in message[n].
 bool output_write(const char *path, const Film *film, const FilmOrigin *origin, char *message,
                   size_t n);

@@ -50,7 +50,7 @@ bool path_scene_is_moving(const Scene *scene) {
 
 void path_scene_init(PathScene *paths, Arena *arena, const Scene *scene) {
     *paths = (PathScene){.scene = scene, .lights_move = lights_are_moving(scene), .instant = 0.5};
-    filter_init(&paths->filter, scene->film.filter);
+    filter_init(&paths->filter, scene->film.filter, scene->film.filter_width);
     paths->camera_moves = camera_is_moving(&scene->camera);
     bool moves = path_scene_is_moving(scene);
     paths->draws_time = moves && !shutter_is_instant(&scene->shutter);
@@ -250,21 +250,69 @@ static void clamp_added(const PathTracer *tracer, const double before[3], double
     }
 }
 
+// Where the camera's clock is differenced for the motion layer: so much of a frame period before
+// and after. The error is (angular velocity * step)^2 / 6 of the motion.
+static const double MOTION_STEP = 0x1p-12;
+
+// The picture point of what is at P and moves with `velocity`, seconds after the sample's time.
+// What nothing was met of is as far as can be, along `dir` (unit length).
+static bool project_later(const PathTracer *tracer, const Vertex *met, Vec3 dir, double seconds,
+                          double out[2]) {
+    const PathScene *paths = tracer->paths;
+    Camera camera =
+        paths->camera_moves ? camera_at(paths->scene, tracer->seconds + seconds) : tracer->camera;
+    double scale;
+    Vec3 P =
+        met ? vec3_madd(met->point.P, seconds, met->point.velocity) : vec3_add(camera.from, dir);
+    return camera.is_valid && camera_project(&camera, P, &out[0], &out[1], &scale);
+}
+
+static void find_motion(const PathTracer *tracer, const Vertex *met, Vec3 dir, double motion[2]) {
+    double step = MOTION_STEP / tracer->paths->scene->film.fps, before[2], after[2];
+    bool is_far = !met && tracer->camera.kind == CAMERA_ORTHOGRAPHIC;
+    if (is_far || !project_later(tracer, met, dir, -step, before) ||
+        !project_later(tracer, met, dir, step, after)) {
+        return;
+    }
+    double moved[2] = {after[0] - before[0], after[1] - before[1]};
+    if (tracer->camera.kind == CAMERA_SPHERICAL) { // across the edge, not around the world
+        moved[0] -= tracer->camera.width * rint(moved[0] / tracer->camera.width);
+    }
+    for (int i = 0; i < 2; i++) {
+        motion[i] = moved[i] / (2 * MOTION_STEP);
+    }
+}
+
+// What the layers want to know of what the camera's ray met; NULL: nothing.
+static void describe(const PathTracer *tracer, const Vertex *met, Vec3 dir, FilmSample *sample) {
+    const FilmSettings *film = &tracer->paths->scene->film;
+    if (film->layers & 1u << LAYER_MOTION) {
+        find_motion(tracer, met, dir, sample->motion);
+    }
+    if (!met) {
+        return;
+    }
+    sample->is_hit = true;
+    sample->depth = camera_depth(&tracer->camera, met->point.P);
+    sample->normal = met->N;
+    sample->position = met->point.P;
+    sample->object = met->object;
+    sample->material = met->point.material;
+    sample->film_time = tracer->seconds * film->fps - (double)(tracer->frame - 1);
+}
+
 static void trace_path(PathTracer *tracer, Path *path, FilmSample *sample) {
     const Scene *scene = tracer->paths->scene;
-    Vertex vertex;
+    Vertex vertex = {.bsdf = {.kind = MATERIAL_GLOW}};
     bool goes_on = true;
     while (goes_on) {
         const uint32_t depth = path->depth;
         double before[3];
         memcpy(before, path->color, sizeof before);
         bool is_hit = follow(tracer, path, &vertex);
-        if (path->depth == 0) {
+        if (depth == 0) {
             sample->alpha = is_hit || !scene->film.transparent ? 1 : 1 - path->shade;
-            if (is_hit) {
-                sample->depth = camera_depth(&tracer->camera, vertex.point.P);
-                sample->normal = vertex.N;
-            }
+            describe(tracer, is_hit ? &vertex : NULL, path->dir, sample);
         }
         if (!is_hit && (path->depth > 0 || !scene->film.transparent)) {
             path_meet_sky(tracer, path);
@@ -277,16 +325,15 @@ static void trace_path(PathTracer *tracer, Path *path, FilmSample *sample) {
         if (depth > 0 && !is_direct) {
             clamp_added(tracer, before, path->color);
         }
+        if (depth == 0 && vertex.bsdf.kind != MATERIAL_GLOW) {
+            memcpy(sample->albedo, vertex.bsdf.color, sizeof sample->albedo);
+        }
     }
 }
 
-// The ray of the sample that has these numbers within its pixel.
-static void start_path(PathTracer *tracer, Path *path, uint32_t x, uint32_t y,
-                       const double u[SAMPLE_DIMENSIONS]) {
-    const Filter *filter = &tracer->paths->filter;
+// The camera's ray through a point of the picture.
+static void start_path(PathTracer *tracer, Path *path, double px, double py) {
     const Camera *camera = &tracer->camera;
-    double px = x + 0.5 + filter_offset(filter, u[SAMPLE_X]);
-    double py = y + 0.5 + filter_offset(filter, u[SAMPLE_Y]);
     tracer->counters.camera_rays++;
     *(camera->kind == CAMERA_ORTHOGRAPHIC ? &path->width : &path->spread) = camera->pixel;
     if (!(camera->radius > 0)) {
@@ -312,13 +359,17 @@ void path_trace(PathTracer *tracer, const Sampler *sampler, uint32_t x, uint32_t
     if (paths->draws_time || paths->is_delayed) {
         set_time(tracer, time);
     }
-    FilmSample sample = {.depth = INFINITY};
+    FilmSample sample = {.u = time,
+                         .dx = filter_offset(&paths->filter, u[SAMPLE_X]),
+                         .dy = filter_offset(&paths->filter, u[SAMPLE_Y]),
+                         .index = index,
+                         .depth = INFINITY};
     if (tracer->camera.is_valid) {
         Path path = {.sampler = sampler, .index = index, .weight = {1, 1, 1}};
-        start_path(tracer, &path, x, y, u);
+        start_path(tracer, &path, x + 0.5 + sample.dx, y + 0.5 + sample.dy);
         trace_path(tracer, &path, &sample);
         memcpy(sample.color, path.color, sizeof sample.color);
     }
     tracer->counters.film_samples++;
-    tracer->counters.dropped_samples += !film_add(film, x, y, &sample, time, index);
+    tracer->counters.dropped_samples += !film_add(film, x, y, &sample);
 }

@@ -48,6 +48,7 @@ typedef struct {
     bool is_inside;    // the viewer is behind the surface
     double distance;   // from the path's origin
     uint32_t emitter;  // of the frame's; UINT32_MAX: none
+    uint32_t object;   // that was met
     uint32_t material; // of it, no mix
     double values[BSDF_MAX_OUT];
     Bsdf bsdf;

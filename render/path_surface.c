@@ -143,6 +143,7 @@ bool path_next_surface(PathTracer *tracer, Path *path, Vertex *vertex) {
         world_surface(tracer->view, origin, path->dir, &hit, &vertex->point);
         path_orient(vertex, path->dir);
         vertex->distance += hit.t;
+        vertex->object = hit.object;
         vertex->emitter = emitter_of(&tracer->paths->choice.emitters, &hit);
         look_around(tracer, path, vertex, &hit);
         if (!is_gone_through(tracer, path, vertex)) {

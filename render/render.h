@@ -36,6 +36,10 @@ typedef struct {
                         // a multiple of it; 0: every sample has an instant of its own
     bool is_still; // a world of one instant, at which the shutter opens: vertices stand as they
                    // are then, in static structures; n_frames is 1 (for subframes)
+    // Pixels [x0, x1) of the lines [y0, y1) alone, x right and y down; all 0: the whole picture.
+    uint32_t crop_x0, crop_x1, crop_y0, crop_y1;
+    bool has_layers; // in place of the film's:
+    uint32_t layers; // a set
     uint64_t seed;
     double tolerance;   // pixels; 0: as each shape says
     uint32_t n_threads; // >= 1
@@ -109,6 +113,9 @@ int render_check(const Scene *scene, const RenderOptions *options, const Reporte
 // neither and many is true, the number goes before the ending as ".%04d". False: the pattern is
 // malformed (two runs, another % sequence) or size is too small.
 bool render_frame_path(const char *pattern, int64_t frame, bool many, char *path, size_t size);
+
+// Frames per second as the rational of least denominator within a millionth: 24000/1001 too.
+void render_rate(double fps, int32_t *numerator, uint32_t *denominator);
 
 // The statistics file: JSON, versioned. False with a sentence in message.
 bool render_write_stats(const char *path, const RenderStats *stats, char *message, size_t n);

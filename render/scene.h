@@ -11,29 +11,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "render/film_settings.h"
 #include "render/mesh.h"
 #include "render/program.h"
 #include "render/scene_light.h"
 #include "render/scene_material.h"
 #include "render/shot.h"
-
-// Over how much of its neighbourhood a pixel is averaged.
-typedef enum {
-    FILTER_BLACKMAN_HARRIS, // the default: a bell 3 pixels wide
-    FILTER_BOX,             // the pixel's own square
-} FilterKind;
-
-typedef struct {
-    uint32_t width, height;          // 1..65536
-    double fps;                      // > 0
-    int64_t first_frame, last_frame; // inclusive, frame 1 begins at t = 0
-    const char *out;                 // pattern of the output's path, or NULL
-    FilterKind filter;
-    bool transparent; // the sky is not part of the picture
-    double exposure;  // stops, for 8-bit pictures only
-    const char **aov; // names asked for
-    uint32_t n_aov;
-} FilmSettings;
 
 typedef struct {
     uint32_t bounces; // 0: direct light only

@@ -21,6 +21,7 @@ typedef struct {
     MaterialKind kind;
     const Program *program;
     SourceRef where;
+    const char *label; // "red" where a name was written, else "matte@12"
     uint32_t parts[2]; // of a mix: materials before this one
     // 1 out: share of the light that meets a surface there, in 0..1; NULL: all. A mix has its
     // parts' own.

@@ -54,8 +54,8 @@ static void trace_pixel(Worker *worker, uint32_t x, uint32_t y) {
 
 static void trace_tile(Worker *worker, uint32_t x0, uint32_t y0) {
     const Job *job = worker->job;
-    uint32_t x1 = least(x0 + TILE_SIZE, job->film->width);
-    uint32_t y1 = least(y0 + TILE_SIZE, job->film->height);
+    uint32_t x1 = least(x0 + TILE_SIZE, job->film->x + job->film->width);
+    uint32_t y1 = least(y0 + TILE_SIZE, job->film->y + job->film->height);
     for (uint32_t y = y0; y < y1; y++) {
         for (uint32_t x = x0; x < x1 && !is_stopped(job); x++) {
             trace_pixel(worker, x, y);
@@ -105,7 +105,8 @@ TilesOutcome tiles_trace(const PathScene *paths, const World *world, const Rende
 #pragma omp for schedule(dynamic, 1)
         for (uint32_t i = 0; i < columns * rows; i++) {
             if (!is_stopped(&job)) {
-                trace_tile(&worker, i % columns * TILE_SIZE, i / columns * TILE_SIZE);
+                trace_tile(&worker, film->x + i % columns * TILE_SIZE,
+                           film->y + i / columns * TILE_SIZE);
             }
         }
 #pragma omp critical(tiles)

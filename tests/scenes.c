@@ -16,13 +16,17 @@ void test_scene_init(TestScene *test, uint32_t width, uint32_t height) {
     memset(test, 0, sizeof *test);
     test->n_threads = 1;
     test->reporter = (Reporter){count_message, test};
-    test->scene = (Scene){
-        .film = {.width = width, .height = height, .fps = 24, .first_frame = 1, .last_frame = 1},
-        .camera = {.automatic = true},
-        .lights = test->lights,
-        .materials = test->materials,
-        .shapes = test->shapes,
-        .hash = "0123456789abcdef0123456789abcdef"};
+    test->scene = (Scene){.film = {.width = width,
+                                   .height = height,
+                                   .fps = 24,
+                                   .first_frame = 1,
+                                   .last_frame = 1,
+                                   .layers = LAYERS_DEFAULT},
+                          .camera = {.automatic = true},
+                          .lights = test->lights,
+                          .materials = test->materials,
+                          .shapes = test->shapes,
+                          .hash = "0123456789abcdef0123456789abcdef"};
 }
 
 void test_scene_free(TestScene *test) {
@@ -81,7 +85,7 @@ void test_light(TestScene *test, LightKind kind, const double *out, uint32_t n) 
 
 uint32_t test_material(TestScene *test, MaterialKind kind, const double *out, uint32_t n) {
     test->materials[test->scene.n_materials] =
-        (Material){.kind = kind, .program = line(test, out, NULL, n)};
+        (Material){.kind = kind, .program = line(test, out, NULL, n), .label = "material"};
     return test->scene.n_materials++;
 }
 
@@ -90,8 +94,10 @@ uint32_t test_strobe(TestScene *test, double second, double power) {
                     {.op = OP_CONST, .value = second}, {.op = OP_CONST, .value = power},
                     {.op = OP_LE, .a = 2, .b = 1},     {.op = OP_MUL, .a = 4, .b = 3}};
     const uint32_t out[4] = {0, 0, 0, 5};
-    test->materials[test->scene.n_materials] = (Material){
-        .kind = MATERIAL_GLOW, .program = program_new(&test->arena, code, 6, out, 4, NULL, 0)};
+    test->materials[test->scene.n_materials] =
+        (Material){.kind = MATERIAL_GLOW,
+                   .program = program_new(&test->arena, code, 6, out, 4, NULL, 0),
+                   .label = "strobe"};
     return test->scene.n_materials++;
 }
 
@@ -166,7 +172,8 @@ const Film *test_film(TestScene *test, uint32_t spp, RenderStats *stats) {
                              .materials = ARENA_ARRAY(arena, test->scene.n_materials, bool)};
     Progress progress = {.kind = PROGRESS_NONE};
     Film *film = ARENA_NEW(arena, Film);
-    film_init(film, arena, test->scene.film.width, test->scene.film.height);
+    film_init(film, arena, test->scene.film.layers, test->scene.film.width,
+              test->scene.film.height);
     path_scene_init(&paths, arena, &test->scene);
     World *world = world_build(&test->scene, &options, &frame, 1, &test->reporter, &n_taken, stats);
     assert_non_null(world);
@@ -180,9 +187,29 @@ const Film *test_film(TestScene *test, uint32_t spp, RenderStats *stats) {
 }
 
 double test_pixel(const Film *film, int pixel, int c) {
-    return (double)film->pixels[pixel].sum[c] / 0x1p28 / film->pixels[pixel].n;
+    return (double)film->sum[pixel][c] / FILM_UNITS / film->n[pixel];
 }
 
 double test_channel(const Film *film, int x, int y, int c) {
     return test_pixel(film, y * (int)film->width + x, c);
+}
+
+void *test_film_bytes(const Film *film, Arena *arena, size_t *n) {
+    FilmPlane planes[FILM_MAX_PLANES];
+    uint32_t n_planes = film_planes(film, planes);
+    size_t n_pixels = (size_t)film->width * film->height, n_words, at = 0;
+    const uint32_t *words = film_save_ids(film, arena, &n_words);
+    *n = n_words * sizeof *words;
+    for (uint32_t i = 0; i < n_planes; i++) {
+        *n += n_pixels * planes[i].size;
+    }
+    uint8_t *bytes = ARENA_ARRAY(arena, *n, uint8_t);
+    for (uint32_t i = 0; i < n_planes; i++) {
+        memcpy(bytes + at, planes[i].data, n_pixels * planes[i].size);
+        at += n_pixels * planes[i].size;
+    }
+    if (n_words) {
+        memcpy(bytes + at, words, n_words * sizeof *words);
+    }
+    return bytes;
 }

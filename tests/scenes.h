@@ -34,6 +34,8 @@ RenderOptions test_options(const TestScene *test, uint32_t spp); // out is NULL
 const Film *test_film(TestScene *test, uint32_t spp, RenderStats *stats);
 double test_pixel(const Film *film, int pixel, int c);      // counted row by row
 double test_channel(const Film *film, int x, int y, int c); // 0..2: r g b, 3: alpha
+// All that the film holds, from the arena; *n gets how many bytes.
+void *test_film_bytes(const Film *film, Arena *arena, size_t *n);
 
 // At (0, 0, distance), looking at the origin.
 void test_camera(TestScene *test, CameraKind kind, double distance, double fov);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files of sums: back as they were written; each damaged bit and each length is noticed.
 #include "render/film_file.h"
-#include "tests/suite.h"
+#include "tests/scenes.h"
 
 #include <fcntl.h>
 #include <stdio.h>
@@ -9,6 +9,8 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+enum { ALL = (1 << LAYER_COUNT) - 1 };
 
 typedef struct {
     Arena arena;
@@ -26,10 +28,19 @@ static int set_up(void **state) {
         return -1;
     }
     close(fd);
-    film_init(&f->film, &f->arena, 3, 2);
+    film_init(&f->film, &f->arena, ALL, 3, 2);
+    f->film.x = 1;
+    f->film.y = 4;
     for (uint32_t i = 0; i < 6; i++) {
-        const FilmSample sample = {.color = {i, 1, 0.1 * i}, .alpha = 1, .depth = i};
-        film_add(&f->film, i % 3, i / 3, &sample, 0.1 * i, 7);
+        const FilmSample sample = {.color = {i, 1, 0.1 * i},
+                                   .alpha = 1,
+                                   .u = 0.1 * i,
+                                   .index = 7,
+                                   .is_hit = i > 0,
+                                   .object = i / 2,
+                                   .material = 3,
+                                   .depth = i};
+        film_add(&f->film, 1 + i % 3, 4 + i / 3, &sample);
     }
     static ImageAttribute attributes[] = {
         {.name = "sceneHash", .kind = ATTRIBUTE_STRING, .string = "0123"},
@@ -37,7 +48,23 @@ static int set_up(void **state) {
         {.name = "expTime", .kind = ATTRIBUTE_FLOAT, .number = 0.1},
         {.name = "rate", .kind = ATTRIBUTE_RATIONAL, .numerator = -3, .denominator = 1001}};
     static ImageAttribute settings[] = {{.name = "bake", .kind = ATTRIBUTE_INT, .number = 1}};
-    f->origin = (FilmOrigin){3, 2, 7, 1, 64, 4, 1, attributes, settings};
+    static FilmName objects[] = {{0, "ball"}, {1, "box \"1\""}, {2, ""}},
+                    materials[] = {{3, "red"}};
+    f->origin = (FilmOrigin){.width = 3,
+                             .height = 2,
+                             .x = 1,
+                             .y = 4,
+                             .full_width = 5,
+                             .full_height = 6,
+                             .layers = ALL,
+                             .first = 7,
+                             .n = 1,
+                             .spp = 64,
+                             .n_attributes = 4,
+                             .n_settings = 1,
+                             .attributes = attributes,
+                             .settings = settings,
+                             .names = {{objects, 3, 3}, {materials, 1, 1}}};
     return film_file_write(f->path, &f->film, &f->origin, f->message, sizeof f->message) ? 0 : -1;
 }
 
@@ -59,7 +86,17 @@ static void film_files_come_back(void **state) {
     FilmDifference difference;
     assert_true(film_file_is(f->path));
     assert_true(read_back(f));
-    assert_memory_equal(f->found.pixels, f->film.pixels, 6 * sizeof *f->film.pixels);
+    size_t n, n_found;
+    void *bytes = test_film_bytes(&f->film, &f->arena, &n);
+    void *found = test_film_bytes(&f->found, &f->arena, &n_found);
+    assert_int_equal(n_found, n);
+    assert_memory_equal(found, bytes, n);
+    assert_int_equal(f->found.x, 1);
+    assert_int_equal(f->found.y, 4);
+    assert_int_equal(f->of.names[0].n, 3);
+    assert_string_equal(film_names_get(&f->of.names[0], 1), "box \"1\"");
+    assert_string_equal(film_names_get(&f->of.names[1], 3), "red");
+    assert_null(film_names_get(&f->of.names[1], 2));
     assert_int_equal(f->of.first, 7);
     assert_int_equal(f->of.n, 1);
     assert_int_equal(f->of.spp, 64);
@@ -74,10 +111,18 @@ static void film_files_come_back(void **state) {
     f->of.n_attributes--;
     assert_false(film_origin_agrees(&f->arena, &f->of, &f->origin, &difference));
     assert_string_equal(difference.a, "not there");
-    FilmCounts counts = film_counts(&f->found);
-    assert_int_equal(counts.least, 1);
-    assert_int_equal(counts.most, 1);
-    assert_int_equal(counts.total, 6);
+    FilmTotals totals = film_totals(&f->found);
+    assert_int_equal(totals.least, 1);
+    assert_int_equal(totals.most, 1);
+    assert_int_equal(totals.total, 6);
+    f->of = f->origin;
+    f->of.y = 3;
+    assert_false(film_origin_agrees(&f->arena, &f->of, &f->origin, &difference));
+    assert_string_equal(difference.a, "3x2 (crop 1,4,3,5 of 5x6)");
+    f->of.y = 4;
+    f->of.layers = 1 << LAYER_Z | 1 << LAYER_TIME;
+    assert_false(film_origin_agrees(&f->arena, &f->of, &f->origin, &difference));
+    assert_string_equal(difference.a, "z,time");
 }
 
 static void film_files_notice_damage(void **state) {

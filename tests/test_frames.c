@@ -322,7 +322,56 @@ static void stats_are_json(void **state) {
     remove_folder(folder);
 }
 
+// Any part of a picture is the same pixels as in the whole, all layers, and says where it belongs.
+static void frames_crop(void **state) {
+    (void)state;
+    static const struct {
+        uint32_t x0, x1, y0, y1;
+    } crops[] = {{0, 40, 0, 30}, {0, 1, 0, 1}, {39, 40, 29, 30}, {7, 33, 11, 29}, {0, 40, 13, 14}};
+    TestScene test;
+    make_scene(&test);
+    test.scene.film.layers = (1u << LAYER_COUNT) - 1;
+    char folder[64], path[128], message[256];
+    make_folder(folder);
+    snprintf(path, sizeof path, "%s/whole.exr", folder);
+    RenderOptions options = test_options(&test, 4);
+    options.out = path;
+    RenderStats stats = {0};
+    assert_int_equal(render_frames(&test.scene, &options, &test.reporter, &stats), 0);
+    Image whole;
+    assert_true(image_read_exr(&test.arena, path, &whole, message, sizeof message));
+    assert_int_equal(whole.crop.width, 0);
+    for (size_t i = 0; i < sizeof crops / sizeof *crops; i++) {
+        uint32_t x0 = crops[i].x0, y0 = crops[i].y0;
+        snprintf(path, sizeof path, "%s/%zu.exr", folder, i);
+        options.crop_x0 = x0;
+        options.crop_x1 = crops[i].x1;
+        options.crop_y0 = y0;
+        options.crop_y1 = crops[i].y1;
+        assert_int_equal(render_frames(&test.scene, &options, &test.reporter, &stats), 0);
+        Image part;
+        assert_true(image_read_exr(&test.arena, path, &part, message, sizeof message));
+        assert_int_equal(part.width, crops[i].x1 - x0);
+        assert_int_equal(part.height, crops[i].y1 - y0);
+        assert_int_equal(part.crop.width, i ? 40 : 0);
+        assert_int_equal(part.crop.x, i ? x0 : 0);
+        assert_int_equal(part.crop.y, i ? y0 : 0);
+        assert_int_equal(part.n_channels, whole.n_channels);
+        for (uint32_t c = 0; c < part.n_channels; c++) {
+            assert_string_equal(part.channels[c].name, whole.channels[c].name);
+            for (uint32_t y = 0; y < part.height; y++) {
+                assert_memory_equal(part.channels[c].values + (size_t)y * part.width,
+                                    whole.channels[c].values + (size_t)(y0 + y) * 40 + x0,
+                                    part.width * sizeof(float));
+            }
+        }
+    }
+    assert_int_equal(remove_folder(folder), 6);
+    test_scene_free(&test);
+}
+
 static const struct CMUnitTest tests[] = {
+    cmocka_unit_test(frames_crop),
     cmocka_unit_test(frames_have_names),
     cmocka_unit_test(frames_are_the_same_bytes),
     cmocka_unit_test(frames_say_how_they_were_made),

@@ -105,20 +105,23 @@ static void assert_same_bits(const float *a, const float *b) {
 static void exr_keeps_the_bits(void **state) {
     Fixture *f = *state;
     name(f, "a.exr");
-    Image image = sample_image(), back;
-    assert_true(image_write_exr(f->path, &image, f->message, sizeof f->message));
-    assert_int_equal(count_files(f->folder), 1);
-    assert_true(image_read_exr(&f->arena, f->path, &back, f->message, sizeof f->message));
-    assert_int_equal(back.width, WIDTH);
-    assert_int_equal(back.height, HEIGHT);
-    assert_int_equal(back.n_channels, 4);
-    for (int c = 0; c < 4; c++) {
-        const ImageChannel *channel = image_channel(&back, channels[c].name);
-        assert_non_null(channel);
-        assert_int_equal(channel->half, channels[c].half);
-        assert_same_bits(channel->values, channels[c].values);
+    for (int compression = COMPRESSION_ZIP; compression <= COMPRESSION_NONE; compression++) {
+        Image image = sample_image(), back;
+        image.compression = (Compression)compression;
+        assert_true(image_write_exr(f->path, &image, f->message, sizeof f->message));
+        assert_int_equal(count_files(f->folder), 1);
+        assert_true(image_read_exr(&f->arena, f->path, &back, f->message, sizeof f->message));
+        assert_int_equal(back.width, WIDTH);
+        assert_int_equal(back.height, HEIGHT);
+        assert_int_equal(back.n_channels, 4);
+        for (int c = 0; c < 4; c++) {
+            const ImageChannel *channel = image_channel(&back, channels[c].name);
+            assert_non_null(channel);
+            assert_int_equal(channel->half, channels[c].half);
+            assert_same_bits(channel->values, channels[c].values);
+        }
+        assert_null(image_channel(&back, "B"));
     }
-    assert_null(image_channel(&back, "B"));
 }
 
 static const ImageAttribute *find_attribute(const Image *image, const char *called) {
@@ -403,7 +406,7 @@ static void exr_refuses(void **state) {
 
 static void assert_unwritable(Fixture *f, const char *path, const char *expected) {
     Image image = sample_image();
-    assert_false(image_write(path, &image, false, 0, f->message, sizeof f->message));
+    assert_false(image_write(path, &image, &(FilmSettings){0}, f->message, sizeof f->message));
     assert_string_equal(f->message, expected);
 }
 
@@ -461,7 +464,7 @@ static void exr_needs_no_library(void **state) {
     assert_false(image_library_is_loaded());
     name(f, "a.exr");
     Image image = sample_image(), back;
-    assert_true(image_write(f->path, &image, false, 0, f->message, sizeof f->message));
+    assert_true(image_write(f->path, &image, &(FilmSettings){0}, f->message, sizeof f->message));
     assert_true(image_read(&f->arena, f->path, &back, f->message, sizeof f->message));
     assert_false(image_library_is_loaded());
 }
@@ -507,7 +510,8 @@ static void png_and_tiff_round_trip(void **state) {
     Image image = ramp_image(3), back;
     for (int i = 0; i < 3; i++) {
         name(f, names[i]);
-        assert_true(image_write(f->path, &image, false, 1.5 * i, f->message, sizeof f->message));
+        assert_true(image_write(f->path, &image, &(FilmSettings){.exposure = 1.5 * i}, f->message,
+                                sizeof f->message));
         assert_int_equal(count_files(f->folder), 1);
         if (!image_read(&f->arena, f->path, &back, f->message, sizeof f->message)) {
             fail_msg("%s: %s", names[i], f->message);
@@ -526,7 +530,7 @@ static void png_clips(void **state) {
     float values[4] = {NAN, INFINITY, -INFINITY, 1e30f};
     ImageChannel planes[] = {{"R", values, false}, {"G", values, false}, {"B", values, false}};
     Image image = {4, 1, 3, .channels = planes}, back;
-    assert_true(image_write(f->path, &image, false, 0, f->message, sizeof f->message));
+    assert_true(image_write(f->path, &image, &(FilmSettings){0}, f->message, sizeof f->message));
     assert_true(image_read(&f->arena, f->path, &back, f->message, sizeof f->message));
     assert_memory_equal(image_channel(&back, "G")->values, ((float[]){0, 1, 0, 1}), 16);
 }
@@ -542,7 +546,8 @@ static void png_keeps_alpha(void **state) {
             ramp[c][i] = ramp[3][i] * (0.2f + 0.3f * (float)c);
         }
     }
-    assert_true(image_write(f->path, &image, true, 0, f->message, sizeof f->message));
+    assert_true(image_write(f->path, &image, &(FilmSettings){.transparent = true}, f->message,
+                            sizeof f->message));
     assert_true(image_read(&f->arena, f->path, &back, f->message, sizeof f->message));
     assert_int_equal(back.n_channels, 4);
     for (int i = 0; i < RAMP; i++) {
@@ -551,7 +556,8 @@ static void png_keeps_alpha(void **state) {
     }
     unlink(f->path);
     name(f, "a.jpg");
-    assert_false(image_write(f->path, &image, true, 0, f->message, sizeof f->message));
+    assert_false(image_write(f->path, &image, &(FilmSettings){.transparent = true}, f->message,
+                             sizeof f->message));
     assert_string_equal(f->message, "cannot write: jpg files hold no alpha");
     assert_int_equal(count_files(f->folder), 0);
 }
@@ -560,7 +566,7 @@ static void other_damage_is_reported(void **state) {
     Fixture *f = *state;
     name(f, "a.bmp");
     Image image = ramp_image(3), back;
-    assert_true(image_write(f->path, &image, false, 0, f->message, sizeof f->message));
+    assert_true(image_write(f->path, &image, &(FilmSettings){0}, f->message, sizeof f->message));
     size_t n;
     unsigned char *bytes = read_whole(f->path, &n);
     put_file(f, bytes, n / 2);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The command line: what is read, what is refused with what words, and that the tables are sound.
 #include "lang/options.h"
+#include "render/film_settings.h"
 #include "tests/suite.h"
 
 #include <string.h>
@@ -59,9 +60,13 @@ static void options_reads_values(void **state) {
     (void)state;
     Arena arena = {0};
     Options o = parse_well(&arena, "a.st4 --size 640x480 --memory 1.5G --seed 18446744073709551615 "
-                                   "--tolerance .5 --progress json --kappa=1e1");
+                                   "--tolerance .5 --progress json --kappa=1e1 "
+                                   "--crop 0,320,10,11 --aov z,motion");
+    assert_true(o.values[OPTION_AOV].integer == (1u << LAYER_Z | 1u << LAYER_MOTION));
     assert_int_equal(o.values[OPTION_SIZE].width, 640);
     assert_int_equal(o.values[OPTION_SIZE].height, 480);
+    assert_int_equal(o.values[OPTION_CROP].crop[1], 320);
+    assert_int_equal(o.values[OPTION_CROP].crop[2], 10);
     assert_true(o.values[OPTION_MEMORY].integer == 1610612736);
     assert_true(o.values[OPTION_SEED].integer == UINT64_MAX);
     assert_true(o.values[OPTION_TOLERANCE].number == 0.5);
@@ -115,6 +120,12 @@ static void options_refuses(void **state) {
         {"a.st4 --fps 1e999", "--fps: '1e999' is not a number"},
         {"a.st4 --size 640", "--size: '640' is not a size such as 640x480"},
         {"a.st4 --size 0x5", "out of range"},
+        {"a.st4 --aov z,motoin", "--aov: there is no layer 'motoin'; did you mean 'motion'?"},
+        {"a.st4 --aov z,,x", "--aov: there is no layer ''"},
+        {"a.st4 --crop 1,2,3", "is not X0,X1,Y0,Y1"},
+        {"a.st4 --crop 1,2,3,4,5", "is not X0,X1,Y0,Y1"},
+        {"a.st4 --crop 2,2,3,4", "is not X0,X1,Y0,Y1"},
+        {"a.st4 --crop -1,2,3,4", "is not X0,X1,Y0,Y1"},
         {"a.st4 --size 70000x5", "out of range"},
         {"a.st4 --memory 4Q", "--memory: '4Q' is not a number of bytes such as 4G"},
         {"a.st4 --memory 1", "--memory: '1' is out of range"},

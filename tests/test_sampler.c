@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const double PI = 3.141592653589793;
+
 // Sets with and without a path's meaning, far pixels, far frames: the property is of all.
 static const struct {
     uint64_t seed;
@@ -150,7 +152,7 @@ static double blackman_harris(double x) {
 static void filter_follows_its_density(void **state) {
     (void)state;
     Filter filter;
-    filter_init(&filter, FILTER_BLACKMAN_HARRIS);
+    filter_init(&filter, FILTER_BLACKMAN_HARRIS, 0);
     assert_near(filter_offset(&filter, 0), -1.5, 0);
     assert_near(filter_offset(&filter, 0.5), 0, 1e-12);
     assert_near(filter_offset(&filter, 1), 1.5, 0);
@@ -168,8 +170,46 @@ static void filter_follows_its_density(void **state) {
         assert_true(filter_offset(&filter, i / 10000.0) >
                     filter_offset(&filter, (i - 1) / 10000.0));
     }
-    filter_init(&filter, FILTER_BOX);
-    assert_near(filter_offset(&filter, 0.25), -0.25, 0);
+}
+
+// The share of samples below x, in closed form.
+static double share_below(FilterKind kind, double x, double width) {
+    double f = 2 * x / width; // -1..1
+    switch (kind) {
+    case FILTER_BOX:
+        return 0.5 + 0.5 * f;
+    case FILTER_TRIANGLE:
+        return f < 0 ? 0.5 * (1 + f) * (1 + f) : 1 - 0.5 * (1 - f) * (1 - f);
+    case FILTER_GAUSSIAN:
+        return 0.5 + 0.5 * erf(3 * f / sqrt(2)) / erf(3 / sqrt(2));
+    case FILTER_BLACKMAN_HARRIS:
+        return 0.5 + 0.5 * f +
+               (-0.48829 / PI * sin(PI * (1 + f)) + 0.14128 / (2 * PI) * sin(2 * PI * (1 + f)) -
+                0.01168 / (3 * PI) * sin(3 * PI * (1 + f))) /
+                   (2 * 0.35875);
+    }
+    return NAN;
+}
+
+static void filter_shares_are_in_closed_form(void **state) {
+    (void)state;
+    static const double widths[] = {0, 0.5, 1, 2, 4.5};
+    static const double usual[] = {3, 1, 2, 3};
+    for (int kind = FILTER_BLACKMAN_HARRIS; kind <= FILTER_GAUSSIAN; kind++) {
+        for (int w = 0; w < 5; w++) {
+            Filter filter;
+            filter_init(&filter, (FilterKind)kind, widths[w]);
+            double width = widths[w] > 0 ? widths[w] : usual[kind], last = -width;
+            assert_near(filter_offset(&filter, 0), -width / 2, 0);
+            assert_near(filter_offset(&filter, 1), width / 2, 0);
+            for (int i = 0; i <= 20000; i++) {
+                double x = filter_offset(&filter, i / 20000.0);
+                assert_true(x > last);
+                assert_near(share_below((FilterKind)kind, x, width), i / 20000.0, 1e-5);
+                last = x;
+            }
+        }
+    }
 }
 
 // A millionth of a frame, a week into the film: the instants stay apart and in the interval.
@@ -198,6 +238,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(sampler_decorrelates_sets),
     cmocka_unit_test(sampler_freezes),
     cmocka_unit_test(filter_follows_its_density),
+    cmocka_unit_test(filter_shares_are_in_closed_form),
     cmocka_unit_test(shutter_keeps_its_resolution),
 };
 

@@ -41,7 +41,8 @@ static void fixture_init(Fixture *f, const char *ending, bool has_alpha) {
     ImageChannel channels[] = {
         {"R", red, false}, {"G", green, false}, {"B", blue, false}, {"A", alpha, false}};
     Image image = {.width = W, .height = H, .n_channels = has_alpha ? 4 : 3, .channels = channels};
-    if (!image_write(f->path, &image, has_alpha, 0, f->message, sizeof f->message)) {
+    if (!image_write(f->path, &image, &(FilmSettings){.transparent = has_alpha}, f->message,
+                     sizeof f->message)) {
         fail_msg("%s", f->message);
     }
 }

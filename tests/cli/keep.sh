@@ -99,6 +99,9 @@ test_resume_refuses_other_runs() {
 --shutter 0:its shutter is -0.25 to 0.25 frame periods, where
 --fps 25:where
 --bake:its bake is 0, where 1 is asked for
+--aov z:its list of layers is z,normal,samples, where z is asked for
+--aov none:its list of layers is z,normal,samples, where none is asked for
+--crop 8,40,3,30:its size is 48x32, where 32x27 (crop 8,40,3,30 of 48x32) is asked for
 -s 1:samples per pixel, where 1 are asked for
 END
     sed 's/0\.3,/0.4,/' ball.st4 >other.st4
@@ -237,6 +240,8 @@ test_slices_are_refused() {
 --size 32x32:size of one is 48x32, of the other 32x32
 -f 3:frame of one is 2, of the other 3
 --tolerance 2:tolerance of one is 0, of the other 2
+--aov z,motion:list of layers of one is z,normal,samples, of the other z,motion
+--crop 0,48,1,32:size of one is 48x32, of the other 48x31 (crop 0,48,1,32 of 48x32)
 END
     sed 's/0\.3,/0.4,/' ball.st4 >other.st4
     expect 0 "$ST4" other.st4 -f 2 -s 64 --samples 33-64 -o other.st4film -q
@@ -269,6 +274,44 @@ END
     expect 0 "$ST4" info part.exr.checkpoint
     has "$out" 'not finished'
     [ ! -e no.exr ] && [ ! -e no.st4film ] || fail 'something was written'
+}
+
+# With all that a film can hold, of the whole and of a part: stopped runs and slices, and runs of
+# more samples later, give the bytes of one run.
+test_all_layers_are_kept() {
+    make_scene
+    local all=z,normal,albedo,position,motion,object,material,samples,variance,time
+    local crop kind n=0
+    for crop in '' '--crop 5,41,3,30'; do
+        # shellcheck disable=SC2086
+        set -- --aov $all $crop
+        for kind in exr st4film png; do
+            expect 0 "$ST4" ball.st4 -f 2 -s 64 -o whole.$kind -q "$@"
+        done
+        slice 1 20 -j 2 "$@"
+        slice 21 64 -j 1 "$@"
+        expect 0 "$ST4" merge 21-64.st4film 1-20.st4film -q -o sum.exr -o sum.st4film -o sum.png
+        for kind in exr st4film png; do
+            same sum.$kind whole.$kind
+        done
+        expect 0 "$ST4" ball.st4 -f 2 -s 64 -o whole.exr --resume --stats stats.json "$@"
+        has "$(cat stats.json)" '"frames": 0,'
+        cp 1-20.st4film part.exr.checkpoint
+        until stopped INT ball.st4 -f 2 -s 64 -j 2 -o part.exr --checkpoint 0.01 --resume "$@"; do
+            n=$((n + 1))
+            [ $n -lt 1000 ] || fail "no end: $(cat .err)"
+        done
+        same part.exr whole.exr
+        rm part.exr
+        expect 0 "$ST4" info whole.st4film
+        has "$out" "$all"
+        [ -z "$crop" ] || has "$out" '5,41,3,30 of 48x32'
+    done
+    expect 0 "$ST4" info sum.exr
+    has "$out" '"gloss@4"'
+    slice 1 20 --aov "$all" --crop 4,40,3,30
+    expect 3 "$ST4" merge 1-20.st4film 21-64.st4film -o no.exr
+    has "$err" '36x27 (crop 4,40,3,30 of 48x32), of the other 36x27 (crop 5,41,3,30 of 48x32)'
 }
 
 # A slice is a run like others: it can be interrupted.

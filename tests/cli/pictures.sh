@@ -169,3 +169,59 @@ test_subframes_share_the_samples() {
     has "$err" '--spp 18 can'
     expect 2 "$ST4" "$scene" -s 16 --subframes 6 -o c.exr
 }
+
+test_crop_is_a_part_of_the_picture() {
+    expect 0 "$ST4" "$ROOT/examples/propeller.st4" --size 64x48 -s 2 -f 3 -o part.exr -q \
+        --crop 10,30,20,48
+    expect 0 "$ST4" info part.exr
+    has "$out" 20x28
+    has "$out" '10,30,20,48 of 64x48'
+    expect 0 "$ST4" "$ROOT/examples/propeller.st4" --size 64x48 -s 2 -f 3 -o part.png -q \
+        --crop 10,30,20,48
+    expect 2 "$ST4" "$ROOT/examples/propeller.st4" --size 64x48 -s 2 -f 3 -o part.exr \
+        --crop 10,30,20,49
+    has "$err" "--crop: '10,30,20,49' reaches beyond the picture of 64x48 pixels"
+}
+
+test_films_are_packed_as_asked() {
+    cat >film.st4 <<'END'
+param filter = "box"
+param pack = "zip"
+film {
+  size = <40, 30>  aov = ["z"]  half = pack != "none"  compression = pack
+  filter = filter  filter_width = 1.5px  view = "neutral"
+}
+sphere { material = glow(<1e6, 1, 0.5>, 1) }
+END
+    local pack filter
+    for pack in zip zips piz rle none; do
+        expect 0 "$ST4" film.st4 -q -s 4 -D pack=$pack -o $pack.exr
+        expect 0 "$ST4" compare $pack.exr zip.exr --channel Z --fail-above 0
+        expect 0 "$ST4" info $pack.exr
+        case $pack in
+        none) has "$out" 'A:float B:float G:float R:float Z:float' ;;
+        *) has "$out" 'A:half B:half G:half R:half Z:float' ;;
+        esac
+    done
+    expect 0 "$ST4" compare piz.exr zip.exr --fail-above 0
+    for filter in box triangle gaussian blackman-harris; do
+        expect 0 "$ST4" film.st4 -q -s 4 -D "filter=$filter" -o "$filter.exr" -o "$filter.png"
+        [ "$filter" = box ] || differ box.exr "$filter.exr"
+    done
+    expect 1 "$ST4" check film.st4 -D filter=mitchell
+    has "$err" "filter is a word, this is"
+}
+
+test_layers_are_asked_for() {
+    echo 'film { size = <40, 30>  aov = ["position"] } sphere {}' >film.st4
+    expect 0 "$ST4" film.st4 -q -s 4 -o film.exr
+    expect 0 "$ST4" info film.exr
+    has "$out" 'A:float B:float G:float R:float position.X:float position.Y:float position.Z:float'
+    expect 0 "$ST4" film.st4 -q -s 4 -o none.exr --aov none
+    expect 0 "$ST4" info none.exr
+    has "$out" $'A:float B:float G:float R:float\n'
+    expect 0 "$ST4" film.st4 -q -s 4 -o z.exr --aov z
+    expect 0 "$ST4" info z.exr
+    has "$out" $'A:float B:float G:float R:float Z:float\n'
+    expect 0 "$ST4" compare z.exr none.exr --fail-above 0
+}
