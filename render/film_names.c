@@ -65,7 +65,7 @@ static void collect(const Film *film, const FilmIds *all, Arena *arena, FilmName
 
 static void name_objects(const Scene *scene, Arena *arena, const FilmNames *names) {
     uint32_t base = 0;
-    for (uint32_t s = 0; s < scene->n_shapes; s++) {
+    for (uint32_t s = 0; s < scene->n_shapes && names->n > 0; s++) {
         const Shape *shape = &scene->shapes[s];
         for (uint32_t i = 0; i < shape->n_instances; i++) {
             FilmName *thing = find(names, shape->objects ? shape->objects[i] : base + i);
