@@ -34,7 +34,7 @@ test_constant_nan() {
 }
 
 test_not_supported_yet() {
-    refuses 1 'not supported yet' <<<'area {}'
+    refuses 1 'not supported yet' <<<'box { catcher = true }'
 }
 
 test_missing_mesh() {
