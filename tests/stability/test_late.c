@@ -61,7 +61,7 @@ static void at_flyby(Run *run, void *context, uint64_t chunk, uint64_t *random) 
     WorldViews views = views_new(c->worlds);
     for (uint64_t k = 0; k < LATE_RAYS; k++) {
         double u = k % 16 ? test_uniform(random) : (double)(k / 16 % 2);
-        Instant at = shutter_instant(&scene->shutter, c->frame, u);
+        Instant at = shutter_instant(&scene->shutter, c->frame, 0, u);
         // Seconds since the start, without ever forming late ones.
         double t = (scene->shutter.open + u * scene->shutter.length) / scene->film.fps;
         Flat flat[2];
@@ -134,7 +134,7 @@ static void at_swing(Run *run, void *context, uint64_t chunk, uint64_t *random) 
     WorldViews views = views_new(c->worlds);
     for (uint64_t k = 0; k < LATE_RAYS; k++) {
         double u = k % 16 ? test_uniform(random) : (double)(k / 16 % 2);
-        Instant at = shutter_instant(&c->scene->shutter, 1, u);
+        Instant at = shutter_instant(&c->scene->shutter, 1, 0, u);
         double x = sin(rate * instant_seconds(at, c->scene->film.fps));
         // Straight between instants that are h apart: h^2/8 times the acceleration.
         double h = 1 / c->scene->film.fps / SAMPLES;
