@@ -321,6 +321,7 @@ test_slices_go_on() {
     expect 0 "$ST4" ball.st4 -f 2 -s 1000 --samples 401-1000 -o whole.st4film -q
     until timeout --preserve-status -s INT 0.5 "$ST4" ball.st4 -f 2 -s 1000 --samples 401-1000 \
         -o part.st4film --resume -q; do
+        [ -e part.st4film.checkpoint ] || continue # it was interrupted before there was a sample
         expect 3 "$ST4" ball.st4 -f 2 -s 1000 --samples 400-1000 -o part.st4film --resume
         has "$err" 'it begins with sample 401, where sample 400 is asked for'
     done

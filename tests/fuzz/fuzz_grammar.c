@@ -278,6 +278,17 @@ static void write_leaf(Writer *w, WriteType type) {
     }
 }
 
+// The comma behind a parameter, whose default may be a vector; NULL: it is the last.
+static const char *end_of(const char *param) {
+    for (int depth = 0; *param; param++) {
+        depth += (*param == '<') - (*param == '>');
+        if (*param == ',' && depth == 0) {
+            return param;
+        }
+    }
+    return NULL;
+}
+
 static void write_call(Writer *w, WriteType type, int depth) {
     int k = (int)fuzz_random(w, BUILTIN_COUNT);
     for (int i = 0; i < BUILTIN_COUNT && !may_give(result_of(k), type); i++) {
@@ -287,7 +298,7 @@ static void write_call(Writer *w, WriteType type, int depth) {
     bool is_same = strncmp(result_of(k), "the same", 8) == 0 || result_of(k)[0] == 'v';
     const char *param = builtin_infos[k].params;
     for (bool is_first = true; param; is_first = false) {
-        const char *word = strchr(param, ' '), *comma = strchr(param, ',');
+        const char *word = strchr(param, ' '), *comma = end_of(param);
         bool is_left = strchr(param, '=') && (!comma || strchr(param, '=') < comma);
         if (is_left && fuzz_one_in(w, 2)) {
             break;
