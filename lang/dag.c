@@ -159,7 +159,7 @@ static uint32_t add_table(Dag *dag, ProgramTable table) {
                              sizeof *dag->tables);
     dag->bounds = arena_grow(dag->arena, dag->bounds, dag->n_tables, &dag->bounds_capacity,
                              sizeof *dag->bounds);
-    dag->bounds[dag->n_tables] = table.live ? BOUND_NONE : dag_table_bound(&table);
+    dag->bounds[dag->n_tables] = table.live || table.image ? BOUND_NONE : dag_table_bound(&table);
     dag->tables[dag->n_tables] = table;
     return (uint32_t)dag->n_tables++;
 }

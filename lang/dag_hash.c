@@ -6,7 +6,7 @@ static void add_table(const Dag *dag, uint32_t index, Hash128 *hash) {
     const ProgramTable *table = &dag->tables[index];
     const uint32_t about[2] = {table->n, table->live};
     hash_add(hash, about, sizeof about);
-    if (!table->live) {
+    if (table->values && !table->live) {
         hash_add(hash, table->values, table->n * sizeof *table->values);
     }
 }
@@ -28,8 +28,8 @@ void dag_hash(const Dag *dag, const Ref *refs, uint32_t n, Hash128 *hash) {
             about[2] = node->op == OP_CONST ? node->b : 0;
         }
         hash_add(hash, about, sizeof about);
-        if (node->op == OP_SEARCH || node->op == OP_TABLE) {
-            add_table(dag, node->b, hash);
+        if (node->op == OP_SEARCH || node->op == OP_TABLE || node->op == OP_IMAGE) {
+            add_table(dag, dag_node_table(node), hash);
         }
     }
     for (uint32_t i = 0; i < n; i++) {

@@ -56,6 +56,7 @@ END
     raises empty 'visible' <<<'sphere { visible = t > 100 }'
     raises empty 'no shapes' <<<'sun {}'
     seen="$seen checkpoint-not-used checkpoint-not-saved frame-locked" # by tests/cli/keep.sh
+    seen="$seen sim-rests" # by tests/cli/simulations.sh
     for name in $(sed -nE 's/^WARNING\([A-Z_]+, "([a-z-]+)".*/\1/p' "$ROOT/lang/warnings.def"); do
         [[ " $seen " == *" $name "* ]] || fail "nothing raises $name"
         grep -qx ".It Cm $name" "$ROOT/man/st4.5" || fail "st4.5 does not explain $name"
