@@ -2,22 +2,16 @@
 // kd4-thesis and kd3: segmentation, tree and their checks, put together.
 #include "accel/kd4_accel.h"
 
+#include "accel/clock.h"
 #include "accel/segment.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 // What the build of a tree that deserves the name takes for each segment: its box, its record, its
 // edges on four axes (twice, for the first sort) and some list entries.
 enum { BYTES_PER_SEGMENT = 36 + 12 + 128 + 1 + 40 };
-
-static double seconds(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 // ---- Building
 
@@ -106,17 +100,17 @@ static Accel *build(const char *name, const Geometry *geometry, const AccelOptio
     *a = (struct Kd4Accel){{accel_find(name)}, geometry, trace_kernels()};
     Budget budget = {options->memory, sizeof *a, sizeof *a};
     SegmentList list;
-    double start = seconds();
+    double start = clock_seconds();
     bool ok = segment_within(geometry, options, &budget, &list);
     fill_stats(a, &list, &own);
-    own.segment_seconds = seconds() - start;
-    start = seconds();
+    own.segment_seconds = clock_seconds() - start;
+    start = clock_seconds();
     ok = ok && keep_segments(a, &list, &budget) && build_tree(a, &list, options, &budget, &own);
     if (!ok) {
         make_whole(a, &budget, &own);
     }
     segment_free(&list, &budget);
-    own.build_seconds = seconds() - start;
+    own.build_seconds = clock_seconds() - start;
     own.segment_bytes = (a->segments ? a->n_segments + !a->n_segments : 0) * sizeof *a->segments;
     own.tree_bytes = budget.used - own.segment_bytes;
     own.peak_bytes = budget.peak;

@@ -6,16 +6,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "accel/clock.h"
 #include "accel/kd4_accel.h"
 #include "accel/trace.h"
-
-static double seconds_now(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 // Prefix sums of the ticks' lengths.
 static double *share_of_ticks(const Geometry *g, uint32_t last_tick) {
@@ -122,9 +116,9 @@ Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelSt
     bool has_avx2 = strcmp(accel_cpu(), "avx2") == 0;
     wide->closest = has_avx2 ? wide_closest_avx2 : wide_closest_scalar;
     wide->occluded = has_avx2 ? wide_occluded_avx2 : wide_occluded_scalar;
-    double start = seconds_now();
+    double start = clock_seconds();
     wide->set = cluster_build(geometry, options->n_threads);
-    double middle = seconds_now();
+    double middle = clock_seconds();
     if (!wide->set || !build_tree(wide, stats)) {
         wide_destroy(&wide->base);
         return NULL;
@@ -136,7 +130,7 @@ Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelSt
     }
     cluster_drop_boxes(wide->set);
     stats->segment_seconds = middle - start;
-    stats->build_seconds = seconds_now() - middle;
+    stats->build_seconds = clock_seconds() - middle;
     stats->segment_bytes = wide->set->bytes;
     stats->tree_bytes = tree_bytes(wide);
     stats->peak_bytes = taken > reserved ? taken : reserved;

@@ -15,10 +15,6 @@ typedef struct {
     uint32_t n_deforming, n_moving, n_breaks;
 } Counts;
 
-static bool reads_time(const Program *program) {
-    return program_reads(program, IN_T) || program_reads(program, IN_FILM_T);
-}
-
 static Counts count(const Scene *scene) {
     Counts counts = {0};
     for (uint32_t i = 0; i < scene->n_shapes; i++) {
@@ -28,9 +24,9 @@ static Counts count(const Scene *scene) {
         counts.n_vertices += shape->mesh ? shape->mesh->n_vertices : 0;
         counts.n_spheres += shape->kind == SHAPE_SPHERE ? shape->n_instances : 0;
         counts.n_planes += shape->kind == SHAPE_PLANE ? shape->n_instances : 0;
-        counts.n_deforming +=
-            shape->track || reads_time(shape->vertex) || reads_time(shape->geometry);
-        counts.n_moving += reads_time(shape->transform);
+        counts.n_deforming += shape->track || program_reads_time(shape->vertex) ||
+                              program_reads_time(shape->geometry);
+        counts.n_moving += program_reads_time(shape->transform);
         counts.n_breaks += shape->breaks != NULL;
     }
     return counts;
@@ -61,7 +57,7 @@ static bool lights_have_size(const Scene *scene) {
 }
 
 static bool camera_moves(const CameraSettings *camera) {
-    return reads_time(camera->program) || reads_time(camera->lens);
+    return program_reads_time(camera->program) || program_reads_time(camera->lens);
 }
 
 static bool has_lens(const CameraSettings *camera) {

@@ -6,9 +6,9 @@
 #include <math.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "accel/clock.h"
 #include "lang/hash.h"
 #include "lang/session.h"
 
@@ -43,20 +43,6 @@ static const char *make_fingerprint(Measure *measure, const Scene *scene) {
     return text;
 }
 
-static bool reads_time(const Program *program) {
-    return program && (program_reads(program, IN_T) || program_reads(program, IN_FILM_T));
-}
-
-static bool is_moving(const Scene *scene) {
-    bool moves = reads_time(scene->camera.program);
-    for (uint32_t i = 0; i < scene->n_shapes; i++) {
-        const Shape *shape = &scene->shapes[i];
-        moves |= shape->track || reads_time(shape->vertex) || reads_time(shape->geometry) ||
-                 reads_time(shape->transform) || reads_time(shape->visible);
-    }
-    return moves && scene->shutter.length > 0;
-}
-
 // The frame in the middle of those asked for, or of the film.
 static int open_scene(Measure *measure) {
     Session session;
@@ -72,7 +58,7 @@ static int open_scene(Measure *measure) {
     measure->height = scene->film.height;
     measure->n_threads = render.n_threads;
     measure->spp = render.spp;
-    measure->moves = is_moving(scene);
+    measure->moves = render_scene_blurs(scene);
     measure->fingerprint = make_fingerprint(measure, scene);
     return session_close(&session, status);
 }
@@ -118,8 +104,6 @@ static bool check_usage(const Options *options) {
 }
 
 int command_measure(Arena *arena, const Options *options) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
     const char *work = options->values[OPTION_WORK].text;
     Measure measure = {
         .arena = arena,
@@ -127,7 +111,7 @@ int command_measure(Arena *arena, const Options *options) {
         .scene = options->operands[0],
         .folder = work ? work : default_folder(arena, options->operands[0]),
         .budget = options->values[OPTION_BUDGET].number,
-        .start = (double)now.tv_sec + 1e-9 * (double)now.tv_nsec,
+        .start = clock_seconds(),
         .is_quiet = option_flag(options, OPTION_QUIET),
     };
     if (!check_usage(options)) {

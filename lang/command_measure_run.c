@@ -13,6 +13,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "accel/clock.h"
+
 enum { MOST_ARGUMENTS = 256, STATS_SIZE = 1 << 16 };
 
 static volatile sig_atomic_t was_asked_to_stop;
@@ -28,9 +30,7 @@ const char *measure_path(const Measure *measure, const char *name) {
 }
 
 double measure_left(const Measure *measure) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return measure->budget - ((double)now.tv_sec + 1e-9 * (double)now.tv_nsec - measure->start);
+    return measure->budget - (clock_seconds() - measure->start);
 }
 
 const char *measure_arguments(Arena *arena, const MeasureSetting *s) {

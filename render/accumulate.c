@@ -2,10 +2,11 @@
 // Accumulated motion blur: each subframe is a scene whose shutter is an instant.
 #include "render/accumulate.h"
 
+#include "accel/clock.h"
 #include "render/interrupt.h"
 
 bool accumulate_applies(const Scene *scene, const RenderOptions *options) {
-    return options->subframes > 0 && scene->shutter.length > 0 && path_scene_is_moving(scene);
+    return options->subframes > 0 && render_scene_blurs(scene);
 }
 
 // What there is to say of a shape is said by the first subframe.
@@ -24,10 +25,10 @@ static int trace_subframe(const PathScene *paths, const RenderOptions *options,
     if (!world) {
         return interrupt_is_asked() ? 130 : 1;
     }
-    double start = progress_clock();
+    double start = clock_seconds();
     TilesOutcome outcome =
         tiles_trace(paths, world, options, pass, film, progress, stats, troubles);
-    stats->trace_seconds += progress_clock() - start - world_waited(world) / options->n_threads;
+    stats->trace_seconds += clock_seconds() - start - world_waited(world) / options->n_threads;
     bool is_sound = world_is_sound(world, reporter);
     world_count(world, stats);
     world_destroy(world);

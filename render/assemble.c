@@ -5,7 +5,6 @@
 #include "render/report.h"
 
 #include <string.h>
-#include <time.h>
 
 // Where a shape says nothing.
 static const double DEFAULT_TOLERANCE = 0.25;
@@ -41,12 +40,6 @@ typedef struct {
     BodyPart *baked;
     size_t n_baked, movers_capacity, baked_capacity;
 } Work;
-
-double seconds_now(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 double film_first_seconds(const Scene *scene) {
     return instant_seconds((Instant){scene->film.first_frame - 1, 0}, scene->film.fps);

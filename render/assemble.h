@@ -22,7 +22,4 @@ void assembly_destroy(Assembly *assembly);
 // The instant that stands for the whole film: its first.
 double film_first_seconds(const Scene *scene);
 
-// Seconds of a steady clock, for statistics.
-double seconds_now(void);
-
 #endif

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "accel/clock.h"
 #include "render/assemble.h"
 
 enum {
@@ -132,13 +133,13 @@ static pthread_mutex_t *lock_of(Builds *builds, const Form *form) {
 }
 
 static void build_once(Builds *builds, Form *form) {
-    double start = seconds_now();
+    double start = clock_seconds();
     pthread_mutex_lock(lock_of(builds, form));
     if (!atomic_load(&form->is_built)) {
         build(builds, form, weight_of(form) < SHARED_FROM ? 1 : builds->options.n_threads);
     }
     pthread_mutex_unlock(lock_of(builds, form));
-    atomic_fetch_add(&builds->waited, (unsigned long long)((seconds_now() - start) * 1e9));
+    atomic_fetch_add(&builds->waited, (unsigned long long)((clock_seconds() - start) * 1e9));
 }
 
 const Accel *builds_ask(Builds *builds, Form *form, const AccelRay *ray) {

@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "accel/clock.h"
 #include "render/output.h"
 #include "render/progress.h"
 #include "render/report.h"
@@ -26,7 +27,7 @@ bool checkpoint_save(Checkpoint *checkpoint, const char *picture, const Film *fi
     if (!(checkpoint->seconds > 0) || !render_checkpoint_path(picture, path, sizeof path)) {
         return false;
     }
-    double start = progress_clock();
+    double start = clock_seconds();
     if (film_totals(film).total < checkpoint->n_replaced) {
         checkpoint->due = start + checkpoint->seconds;
         return false;
@@ -38,7 +39,7 @@ bool checkpoint_save(Checkpoint *checkpoint, const char *picture, const Film *fi
                        "cannot save the checkpoint '%s': %s; the run goes on without", path,
                        message);
     }
-    double now = progress_clock();
+    double now = clock_seconds();
     checkpoint->due = now + fmax(checkpoint->seconds, COST * (now - start));
     return is_saved;
 }
@@ -85,8 +86,8 @@ bool checkpoint_begin(Checkpoint *checkpoint, const RenderOptions *options, cons
     char path[PATH_SIZE], message[OUTPUT_MESSAGE_SIZE];
     struct stat s;
     double seconds = options->checkpoint;
-    *checkpoint = (Checkpoint){.seconds = seconds,
-                               .due = seconds > 0 ? progress_clock() + seconds : INFINITY};
+    *checkpoint =
+        (Checkpoint){.seconds = seconds, .due = seconds > 0 ? clock_seconds() + seconds : INFINITY};
     film_clear(film);
     if (!render_checkpoint_path(picture, path, sizeof path) ||
         (stat(path, &s) != 0 && errno == ENOENT)) {

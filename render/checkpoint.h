@@ -11,7 +11,7 @@
 // checkpoints are further apart than asked for.
 typedef struct {
     double seconds;      // between two; 0: none
-    double due;          // of progress_clock; INFINITY: never
+    double due;          // of clock_seconds; INFINITY: never
     uint64_t n_replaced; // samples in one that was there before and is not gone on from: it is not
                          // replaced by one of fewer
     bool has_failed;

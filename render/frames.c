@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "accel/clock.h"
 #include "render/accumulate.h"
 #include "render/checkpoint.h"
 #include "render/frame_lock.h"
@@ -94,7 +95,7 @@ static bool write_picture(const Run *run, const char *picture, const FilmOrigin 
 // Traces what the film of the frame lacks, with a checkpoint now and then. An exit status.
 static int trace_frame(Run *run, const World *world, int64_t frame, const char *picture,
                        const FilmOrigin *origin) {
-    double start = progress_clock(), waited = world_waited(world);
+    double start = clock_seconds(), waited = world_waited(world);
     TilePass pass = {.frame = frame, .first = origin->first, .n = origin->n};
     TilesOutcome outcome;
     do {
@@ -106,7 +107,7 @@ static int trace_frame(Run *run, const World *world, int64_t frame, const char *
         }
     } while (outcome == TILES_DUE);
     run->stats->trace_seconds +=
-        progress_clock() - start - (world_waited(world) - waited) / run->options->n_threads;
+        clock_seconds() - start - (world_waited(world) - waited) / run->options->n_threads;
     return !world_is_sound(world, run->reporter) ? STATUS_SCENE
            : outcome == TILES_DONE               ? STATUS_FINE
                                                  : STATUS_INTERRUPTED;
@@ -159,9 +160,9 @@ static int make_picture(Run *run, const World *world, int64_t frame, const char 
     if (status != STATUS_FINE) {
         return status;
     }
-    double traced = progress_clock();
+    double traced = clock_seconds();
     bool is_written = write_picture(run, picture, origin, message, sizeof message);
-    run->stats->write_seconds += progress_clock() - traced;
+    run->stats->write_seconds += clock_seconds() - traced;
     if (!is_written) {
         return refuse_picture(run, picture, origin, message);
     }
@@ -352,6 +353,10 @@ static int render_blocks(Run *run) {
     run->stats->n_skipped_frames = options->n_frames - run->stats->n_frames;
     progress_end(&run->progress);
     return status;
+}
+
+bool render_scene_blurs(const Scene *scene) {
+    return scene->shutter.length > 0 && path_scene_is_moving(scene);
 }
 
 int render_frames(const Scene *scene, const RenderOptions *options, const Reporter *reporter,

@@ -11,9 +11,8 @@ static const int n_out[] = {
 enum { MAX_OUT = 14 };
 
 bool light_is_moving(const Light *light) {
-    return program_reads(light->gradient, IN_T) || program_reads(light->gradient, IN_FILM_T) ||
-           program_reads(light->program, IN_T) || program_reads(light->program, IN_FILM_T) ||
-           program_reads(light->visible, IN_T) || program_reads(light->visible, IN_FILM_T);
+    return program_reads_time(light->gradient) || program_reads_time(light->program) ||
+           program_reads_time(light->visible);
 }
 
 static void scaled_color(double color[3], const double *rgb, double scale) {

@@ -8,9 +8,9 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "accel/clock.h"
 #include "render/child.h"
 #include "render/mesh_assimp.h"
 #include "render/mesh_build.h"
@@ -43,16 +43,10 @@ void mesh_child_assimp(const void *path, int fd) {
 
 // ---- in the parent
 
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 // False at the end of the stream, on an error, or too late.
 static bool receive(Child *child, void *to, size_t n) {
     for (size_t done = 0; done < n;) {
-        double left = child->deadline - now();
+        double left = child->deadline - clock_seconds();
         struct pollfd p = {.fd = child->fd, .events = POLLIN};
         int ready = left > 0 ? poll(&p, 1, (int)(left * 1000) + 1) : 0;
         if (ready == 0) {
@@ -80,7 +74,7 @@ static bool start(Child *child, MeshChildBody *body, const void *argument,
     if (pipe(ends) != 0) {
         return false;
     }
-    child->deadline = now() + limits->wait;
+    child->deadline = clock_seconds() + limits->wait;
     child->fd = ends[0];
     child->pid = fork();
     if (child->pid == 0) {

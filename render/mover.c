@@ -6,13 +6,8 @@
 
 #include "render/mesh_track.h"
 
-static const uint32_t TIME_INPUTS = 1u << IN_T | 1u << IN_FILM_T;
 static const uint32_t LOOP_INPUTS =
     1u << IN_LOOP0 | 1u << IN_LOOP1 | 1u << IN_LOOP2 | 1u << IN_LOOP3;
-
-bool program_reads_time(const Program *program) {
-    return program && program_inputs(program) & TIME_INPUTS;
-}
 
 bool program_reads_loops(const Program *program) {
     return program && program_inputs(program) & LOOP_INPUTS;

@@ -26,7 +26,6 @@ typedef struct {
     size_t n;       // of all parts
 } Mover;
 
-bool program_reads_time(const Program *program);
 bool program_reads_loops(const Program *program);
 
 // False: no program of it reads the time.

@@ -9,19 +9,16 @@
 
 enum { ROULETTE_AFTER = 4 };
 
-static bool reads_time(const Program *program) {
-    return program_reads(program, IN_T) || program_reads(program, IN_FILM_T);
-}
-
 static bool shape_is_moving(const Shape *shape) {
-    return shape->track || reads_time(shape->vertex) || reads_time(shape->geometry) ||
-           reads_time(shape->transform) || reads_time(shape->visible) ||
-           reads_time(shape->seen[RAY_CAMERA]) || reads_time(shape->seen[RAY_SHADOW]) ||
-           reads_time(shape->seen[RAY_BOUNCE]);
+    return shape->track || program_reads_time(shape->vertex) ||
+           program_reads_time(shape->geometry) || program_reads_time(shape->transform) ||
+           program_reads_time(shape->visible) || program_reads_time(shape->seen[RAY_CAMERA]) ||
+           program_reads_time(shape->seen[RAY_SHADOW]) ||
+           program_reads_time(shape->seen[RAY_BOUNCE]);
 }
 
 static bool camera_is_moving(const CameraSettings *camera) {
-    return reads_time(camera->program) || reads_time(camera->lens);
+    return program_reads_time(camera->program) || program_reads_time(camera->lens);
 }
 
 static bool lights_are_moving(const Scene *scene) {
@@ -40,8 +37,10 @@ bool path_scene_is_moving(const Scene *scene) {
         }
     }
     for (uint32_t i = 0; i < scene->n_materials; i++) {
-        if (reads_time(scene->materials[i].program) || reads_time(scene->materials[i].opacity) ||
-            reads_time(scene->materials[i].height) || reads_time(scene->materials[i].normal)) {
+        if (program_reads_time(scene->materials[i].program) ||
+            program_reads_time(scene->materials[i].opacity) ||
+            program_reads_time(scene->materials[i].height) ||
+            program_reads_time(scene->materials[i].normal)) {
             return true;
         }
     }

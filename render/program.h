@@ -92,6 +92,9 @@ bool program_has_images(const Program *program);
 static inline bool program_reads(const Program *p, Input in) {
     return p && (program_inputs(p) >> in & 1);
 }
+static inline bool program_reads_time(const Program *p) {
+    return program_reads(p, IN_T) || program_reads(p, IN_FILM_T);
+}
 
 // Where each input's values are. An input that the program reads must be set.
 typedef struct {

@@ -3,13 +3,8 @@
 #include "render/progress.h"
 
 #include <math.h>
-#include <time.h>
 
-double progress_clock(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
+#include "accel/clock.h"
 
 // Seconds between two lines.
 static double interval(const Progress *progress) {
@@ -17,7 +12,7 @@ static double interval(const Progress *progress) {
 }
 
 void progress_begin(Progress *progress, ProgressKind kind, uint32_t n_frames, uint64_t total) {
-    double now = progress_clock();
+    double now = clock_seconds();
     *progress =
         (Progress){.kind = kind, .total = total, .start = now, .since = INFINITY, .next = now};
     if (kind == PROGRESS_JSON) {
@@ -28,7 +23,7 @@ void progress_begin(Progress *progress, ProgressKind kind, uint32_t n_frames, ui
 
 void progress_frame(Progress *progress, int64_t frame) {
     progress->frame = frame;
-    progress->since = progress_clock();
+    progress->since = clock_seconds();
 }
 
 static double traced_seconds(const Progress *progress, double now) {
@@ -36,7 +31,7 @@ static double traced_seconds(const Progress *progress, double now) {
 }
 
 void progress_pause(Progress *progress) {
-    progress->seconds = traced_seconds(progress, progress_clock());
+    progress->seconds = traced_seconds(progress, clock_seconds());
     progress->since = INFINITY;
 }
 
@@ -81,7 +76,7 @@ void progress_add(Progress *progress, uint64_t samples) {
     if (progress->kind == PROGRESS_NONE) {
         return;
     }
-    double now = progress_clock();
+    double now = clock_seconds();
 #pragma omp critical(progress)
     if (now >= progress->next || traced + progress->skipped == progress->total) {
         progress->next = now + interval(progress);
@@ -111,6 +106,6 @@ void progress_end(Progress *progress) {
         fflush(stderr);
     } else if (progress->kind == PROGRESS_JSON) {
         fprintf(stderr, "{\"version\":1,\"event\":\"end\",\"done\":%.4f,\"seconds\":%.3f}\n",
-                done_of(progress, progress->traced), progress_clock() - progress->start);
+                done_of(progress, progress->traced), clock_seconds() - progress->start);
     }
 }

@@ -11,13 +11,11 @@ typedef struct {
     uint64_t total;           // samples, of all frames
     uint64_t traced, skipped; // of them: by this run, and what it need not trace
     int64_t frame;
-    double start;   // of the clock: the run
-    double since;   // of the clock: the last progress_frame; INFINITY: nothing is traced now
+    double start;   // of clock_seconds: the run
+    double since;   // of clock_seconds: the last progress_frame; INFINITY: nothing is traced now
     double seconds; // traced before that
-    double next;    // of the clock: the next line
+    double next;    // of clock_seconds: the next line
 } Progress;
-
-double progress_clock(void); // seconds, monotonic
 
 void progress_begin(Progress *progress, ProgressKind kind, uint32_t n_frames, uint64_t total);
 // From here to progress_pause samples are traced; speed is that of these times alone.

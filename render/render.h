@@ -79,6 +79,9 @@ typedef struct {
     AccelCounters rays;
 } RenderStats;
 
+// Whether a frame is more than one instant: what makes its picture changes while a shutter is open.
+bool render_scene_blurs(const Scene *scene);
+
 // An exit status: 0 fine; 1 an error of the scene that only sampling could find; 3 output that can
 // not be written (checked before the first ray as far as it can be); 130 interrupted. Pictures that
 // were finished stay.

@@ -2,6 +2,7 @@
 // Tiles: each pixel belongs to one of them, and so to one thread.
 #include "render/tiles.h"
 
+#include "accel/clock.h"
 #include "render/interrupt.h"
 
 // Samples between two looks at the clock.
@@ -34,7 +35,7 @@ static void tell_progress(Worker *worker) {
     Job *job = worker->job;
     progress_add(job->progress, worker->n_untold);
     worker->n_untold = 0;
-    if (progress_clock() >= job->pass->due) {
+    if (clock_seconds() >= job->pass->due) {
         __atomic_store_n(&job->is_due, true, __ATOMIC_RELAXED);
     }
 }

@@ -17,7 +17,7 @@ typedef struct {
     int64_t frame;  // a number, 1 is the first
     uint32_t first; // index of the first sample of each pixel
     uint32_t n;     // samples that each pixel is to have
-    double due;     // of progress_clock: when to come back for a checkpoint; INFINITY: never
+    double due;     // of clock_seconds: when to come back for a checkpoint; INFINITY: never
 } TilePass;
 
 typedef enum { TILES_DONE, TILES_DUE, TILES_INTERRUPTED } TilesOutcome;

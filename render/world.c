@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Worlds: from a scene and some of its frames to everything that rays need.
+#include "accel/clock.h"
 #include "render/report.h"
 #include "render/shutter.h"
 #include "render/world_parts.h"
@@ -121,13 +122,13 @@ static void fix_bodies(World *world) {
 World *world_build(const Scene *scene, const RenderOptions *options, const int64_t *frames,
                    uint32_t n_frames, const Reporter *reporter, uint32_t *n_taken,
                    RenderStats *stats) {
-    double start = seconds_now();
+    double start = clock_seconds();
     char why[BUILDS_MESSAGE] = "";
     World *world = world_sample(scene, options, frames, n_frames, reporter, n_taken);
     if (!world) {
         return NULL;
     }
-    stats->sample_seconds += seconds_now() - start;
+    stats->sample_seconds += clock_seconds() - start;
     fix_bodies(world);
     world->builds =
         builds_new(world->parts.forms, world->parts.n_forms, options, world_memory(options), why);
