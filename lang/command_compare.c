@@ -101,8 +101,7 @@ static int write_difference(const Run *run, Arena *arena, const Image *a, const 
     if (!compare_difference(arena, a, b, record->layer, &image, message, sizeof message)) {
         return refuse(record->a_path, record->b_path, message);
     }
-    const char *dot = strrchr(path, '.');
-    if (!dot || strcmp(dot, ".exr") != 0) {
+    if (!image_is_exr(path)) {
         make_heat(arena, isnan(record->seen.flip) ? relative_map(arena, &image) : map, &image);
     }
     return image_write(path, &image, &(FilmSettings){0}, message, sizeof message)

@@ -162,16 +162,6 @@ static int info_image(const Session *session, const char *path) {
     return STATUS_OK;
 }
 
-static bool is_other_picture(const char *ending) {
-    static const char *const endings[] = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".hdr"};
-    for (size_t i = 0; ending && i < sizeof endings / sizeof endings[0]; i++) {
-        if (!strcasecmp(ending, endings[i])) {
-            return true;
-        }
-    }
-    return false;
-}
-
 // Reads all of it, so that damage shows.
 static int info_film(const Session *session, const char *path) {
     Film film;
@@ -202,30 +192,43 @@ static int info_film(const Session *session, const char *path) {
     return STATUS_OK;
 }
 
-static int info_of(const Session *session, const char *path) {
+typedef enum { INFO_SCENE, INFO_EXR, INFO_FILM, INFO_PICTURE } InfoKind;
+
+static InfoKind kind_of(const char *path) {
+    static const char *const endings[] = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".hdr"};
     const char *dot = strrchr(path, '.');
-    if (dot && !strcasecmp(dot, ".exr")) {
-        return info_image(session, path);
+    if (image_is_exr(path)) {
+        return INFO_EXR;
     }
-    return is_other_picture(dot) ? session_refuse(session, STATUS_FILES, path,
-                                                  "of pictures only .exr says how it was made")
-                                 : info_film(session, path);
+    for (size_t i = 0; dot && i < sizeof endings / sizeof endings[0]; i++) {
+        if (!strcasecmp(dot, endings[i])) {
+            return INFO_PICTURE;
+        }
+    }
+    return film_file_is(path) ? INFO_FILM : INFO_SCENE;
+}
+
+static int print_info(const Session *session, InfoKind kind, const char *path) {
+    switch (kind) {
+    case INFO_EXR:
+        return info_image(session, path);
+    case INFO_FILM:
+        return info_film(session, path);
+    case INFO_PICTURE:
+        return session_refuse(session, STATUS_FILES, path,
+                              "of pictures only .exr says how it was made");
+    case INFO_SCENE:
+        break;
+    }
+    print_scene(session);
+    return STATUS_OK;
 }
 
 int command_info(Arena *arena, const Options *options) {
-    const char *path = options->operands[0], *dot = strrchr(path, '.');
-    bool is_exr = dot && !strcasecmp(dot, ".exr");
-    bool is_scene = !is_exr && !is_other_picture(dot) && !film_file_is(path);
+    const char *path = options->operands[0];
+    InfoKind kind = kind_of(path);
     Session session;
-    int status =
-        is_scene ? session_open(&session, arena, options) : session_begin(&session, arena, options);
-    if (status) {
-        return status;
-    }
-    if (is_scene) {
-        print_scene(&session);
-    } else {
-        status = info_of(&session, path);
-    }
-    return session_close(&session, status);
+    int status = kind == INFO_SCENE ? session_open(&session, arena, options)
+                                    : session_begin(&session, arena, options);
+    return status ? status : session_close(&session, print_info(&session, kind, path));
 }

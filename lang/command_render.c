@@ -3,10 +3,10 @@
 #include "lang/command.h"
 
 #include <string.h>
-#include <strings.h>
 #include <unistd.h>
 
 #include "lang/session.h"
+#include "render/film_file.h"
 #include "render/image.h"
 #include "render/movie.h"
 #include "render/outfile.h"
@@ -93,20 +93,10 @@ static void print_interrupted(const RenderOptions *render) {
     fprintf(stderr, "st4: interrupted; finished pictures stay\n");
 }
 
-static bool is_exr(const char *path) {
-    size_t n = strlen(path);
-    return n > 4 && !strcasecmp(path + n - 4, ".exr");
-}
-
-static int refuse(int status, const char *path, const char *message) {
-    fprintf(stderr, "st4: error: %s: %s\n", path, message);
-    return status;
-}
-
 // An .exr comes first, as the only format that the others can be made from without loss.
 static void put_exr_first(Outputs *outputs) {
     for (size_t i = 0; i < outputs->n_patterns; i++) {
-        if (is_exr(outputs->patterns[i])) {
+        if (image_is_exr(outputs->patterns[i])) {
             const char *first = outputs->patterns[0];
             outputs->patterns[0] = outputs->patterns[i];
             outputs->patterns[i] = first;
@@ -136,23 +126,18 @@ static void find_outputs(const Session *session, Outputs *outputs) {
 }
 
 // What can be known to go wrong before the first ray.
-static int check_stats(const Options *options) {
-    const char *path = options->values[OPTION_STATS].text;
+static int check_stats(const Session *session) {
+    const char *path = session->options->values[OPTION_STATS].text;
     char message[256];
     OutFile file;
     if (!path) {
         return STATUS_OK;
     }
     if (!outfile_open(&file, path, message, sizeof message)) {
-        return refuse(STATUS_FILES, path, message);
+        return session_refuse(session, STATUS_FILES, path, message);
     }
     outfile_abandon(&file);
     return STATUS_OK;
-}
-
-static bool is_film(const char *path) {
-    size_t n = strlen(path), ending = strlen(RENDER_FILM_ENDING);
-    return n > ending && !strcasecmp(path + n - ending, RENDER_FILM_ENDING);
 }
 
 // Sums are what slices are for; pictures cannot be made from one, and nothing else from sums.
@@ -160,22 +145,24 @@ static int check_sums(const Session *session, const RenderOptions *render, const
     const OptionValue *samples = &session->options->values[OPTION_SAMPLES];
     size_t n_films = 0;
     for (size_t i = 0; i < outputs->n_patterns; i++) {
-        n_films += is_film(outputs->patterns[i]);
+        n_films += film_file_has_ending(outputs->patterns[i]);
     }
     if (n_films && outputs->n_patterns > 1) {
-        return refuse(STATUS_USAGE, outputs->patterns[0],
-                      "a file of sums (" RENDER_FILM_ENDING ") is the only output of a run; "
-                      "'st4 merge' makes pictures from it");
+        return session_refuse(session, STATUS_USAGE, outputs->patterns[0],
+                              "a file of sums (" RENDER_FILM_ENDING
+                              ") is the only output of a run; "
+                              "'st4 merge' makes pictures from it");
     }
     if (samples->is_set && !n_films) {
-        return refuse(STATUS_USAGE, outputs->patterns[0],
-                      "--samples makes files of sums: a name such as part.####" RENDER_FILM_ENDING
-                      " is expected");
+        return session_refuse(
+            session, STATUS_USAGE, outputs->patterns[0],
+            "--samples makes files of sums: a name such as part.####" RENDER_FILM_ENDING
+            " is expected");
     }
     if (samples->is_set && samples->last > render->spp) {
-        fprintf(stderr,
-                "st4: error: --samples: '%s' goes beyond the %u samples per pixel; see --spp\n",
-                samples->text, render->spp);
+        diag_error(session->diag, (Span){0, 0}, NULL,
+                   "--samples: '%s' goes beyond the %u samples per pixel; see --spp", samples->text,
+                   render->spp);
         return STATUS_USAGE;
     }
     return STATUS_OK;
@@ -184,11 +171,13 @@ static int check_sums(const Session *session, const RenderOptions *render, const
 static int check_movie(const Session *session, const Outputs *outputs) {
     const char *path = session->options->values[OPTION_MOVIE].text;
     char message[512];
-    if (path && !is_exr(outputs->patterns[0])) {
-        return refuse(STATUS_USAGE, path, "a movie is made from pictures with the ending .exr");
+    if (path && !image_is_exr(outputs->patterns[0])) {
+        return session_refuse(session, STATUS_USAGE, path,
+                              "a movie is made from pictures with the ending .exr");
     }
-    return path && !movie_check(path, message, sizeof message) ? refuse(STATUS_FILES, path, message)
-                                                               : STATUS_OK;
+    return path && !movie_check(path, message, sizeof message)
+               ? session_refuse(session, STATUS_FILES, path, message)
+               : STATUS_OK;
 }
 
 static int make_movie(const Session *session, const RenderOptions *render) {
@@ -196,7 +185,7 @@ static int make_movie(const Session *session, const RenderOptions *render) {
     char message[PATH_SIZE + 512];
     int status =
         path ? movie_make(path, session->scene, render, message, sizeof message) : STATUS_OK;
-    return status == STATUS_FILES ? refuse(status, path, message) : status;
+    return status == STATUS_FILES ? session_refuse(session, status, path, message) : status;
 }
 
 static int check_outputs(const Session *session, const Outputs *outputs) {
@@ -205,21 +194,24 @@ static int check_outputs(const Session *session, const Outputs *outputs) {
         const char *pattern = outputs->patterns[i];
         char path[PATH_SIZE], message[256];
         if (!strcmp(pattern, "-")) {
-            return refuse(usage, pattern, "not supported yet: pictures on standard output");
+            return session_refuse(session, usage, pattern,
+                                  "not supported yet: pictures on standard output");
         }
         if (!render_frame_path(pattern, session->frames[0], outputs->is_numbered, path,
                                sizeof path)) {
-            return refuse(usage, pattern, "not a pattern: one run of #, or one %04d is expected");
+            return session_refuse(session, usage, pattern,
+                                  "not a pattern: one run of #, or one %04d is expected");
         }
-        if (i && !is_exr(outputs->patterns[0])) {
-            return refuse(usage, pattern, "several kinds of pictures need an .exr among them");
+        if (i && !image_is_exr(outputs->patterns[0])) {
+            return session_refuse(session, usage, pattern,
+                                  "several kinds of pictures need an .exr among them");
         }
         if (i && !image_write_check(path, message, sizeof message)) {
-            return refuse(STATUS_FILES, path, message);
+            return session_refuse(session, STATUS_FILES, path, message);
         }
     }
     int status = check_movie(session, outputs);
-    return status ? status : check_stats(session->options);
+    return status ? status : check_stats(session);
 }
 
 // What the other pictures are made with.
@@ -244,8 +236,9 @@ static bool lacks_picture(const Outputs *outputs, int64_t frame) {
 // Makes the other pictures of one frame from its .exr.
 static int convert_frame(void *context, int64_t frame, bool was_there) {
     const Conversion *conversion = context;
+    const Session *session = conversion->session;
     const Outputs *outputs = conversion->outputs;
-    const FilmSettings *film = &conversion->session->scene->film;
+    const FilmSettings *film = &session->scene->film;
     char from[PATH_SIZE], to[PATH_SIZE], message[256] = "the name is too long";
     Arena arena = {0};
     Image image;
@@ -255,25 +248,25 @@ static int convert_frame(void *context, int64_t frame, bool was_there) {
     }
     if (!render_frame_path(outputs->patterns[0], frame, outputs->is_numbered, from, sizeof from) ||
         !image_read_exr(&arena, from, &image, message, sizeof message)) {
-        status = refuse(STATUS_FILES, from, message);
+        status = session_refuse(session, STATUS_FILES, from, message);
     }
     for (size_t i = 1; i < outputs->n_patterns && status == STATUS_OK; i++) {
         if (!render_frame_path(outputs->patterns[i], frame, outputs->is_numbered, to, sizeof to) ||
             !image_write(to, &image, film, message, sizeof message)) {
-            status = refuse(STATUS_FILES, to, message);
+            status = session_refuse(session, STATUS_FILES, to, message);
         }
     }
     arena_free(&arena);
     return status;
 }
 
-static int write_stats(const Options *options, const RenderStats *stats) {
-    const char *path = options->values[OPTION_STATS].text;
+static int write_stats(const Session *session, const RenderStats *stats) {
+    const char *path = session->options->values[OPTION_STATS].text;
     char message[256];
     if (!path || render_write_stats(path, stats, message, sizeof message)) {
         return STATUS_OK;
     }
-    return refuse(STATUS_FILES, path, message);
+    return session_refuse(session, STATUS_FILES, path, message);
 }
 
 static int render(const Session *session, RenderOptions *render) {
@@ -299,7 +292,7 @@ static int render(const Session *session, RenderOptions *render) {
     if (status == STATUS_INTERRUPTED && !option_flag(options, OPTION_QUIET)) {
         print_interrupted(render);
     }
-    int written = write_stats(options, &stats);
+    int written = write_stats(session, &stats);
     return status ? status : written;
 }
 

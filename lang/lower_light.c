@@ -40,19 +40,25 @@ static CameraKind camera_kind(Eval *ev, const Object *object) {
                                              : CAMERA_PERSPECTIVE;
 }
 
-// What frames a part of all directions has no say where all are seen.
-static bool check_spherical(Eval *ev, const Object *object, CameraKind kind) {
-    static const PropertyId framing[] = {PROPERTY_CAMERA_FOV, PROPERTY_CAMERA_SHIFT};
-    for (int i = 0; i < 2 && kind == CAMERA_SPHERICAL; i++) {
-        const Given *given = object_given(object, framing[i]);
+// Whether one of two properties is given that have no say there, which is reported then.
+static bool refuse_given(Eval *ev, const Object *object, const PropertyId ids[2], const char *hint,
+                         const char *why) {
+    for (int i = 0; i < 2; i++) {
+        const Given *given = object_given(object, ids[i]);
         if (given) {
-            eval_error_at(ev, given->name, "its middle looks at to",
-                          "a spherical camera sees all directions, it has no %s",
-                          property_infos[framing[i]].name);
-            return false;
+            eval_error_at(ev, given->name, hint, "%s it has no %s", why,
+                          property_infos[ids[i]].name);
+            return true;
         }
     }
-    return true;
+    return false;
+}
+
+// What frames a part of all directions has no say where all are seen.
+static bool check_spherical(Eval *ev, const Object *object, CameraKind kind) {
+    static const PropertyId framing[2] = {PROPERTY_CAMERA_FOV, PROPERTY_CAMERA_SHIFT};
+    return kind != CAMERA_SPHERICAL || !refuse_given(ev, object, framing, "its middle looks at to",
+                                                     "a spherical camera sees all directions,");
 }
 
 static bool check_blades(Eval *ev, const Object *object) {
@@ -182,17 +188,9 @@ void lower_sun(Eval *ev, const Object *object, const Place *place) {
 
 // What only a spot has, where there is no cone. True: reported.
 static bool lacks_cone(Eval *ev, const Object *object) {
-    static const PropertyId of_spots[] = {PROPERTY_LAMP_DIR, PROPERTY_LAMP_EDGE};
-    for (int i = 0; i < 2; i++) {
-        const Given *given = object_given(object, of_spots[i]);
-        if (given) {
-            eval_error_at(ev, given->name, "write cone = 40deg too",
-                          "a lamp without a cone shines to all sides: it has no %s",
-                          property_infos[of_spots[i]].name);
-            return true;
-        }
-    }
-    return false;
+    static const PropertyId of_spots[2] = {PROPERTY_LAMP_DIR, PROPERTY_LAMP_EDGE};
+    return refuse_given(ev, object, of_spots, "write cone = 40deg too",
+                        "a lamp without a cone shines to all sides:");
 }
 
 void lower_lamp(Eval *ev, const Object *object, const Place *place) {

@@ -178,14 +178,13 @@ static bool check_subframes(const Session *session, const RenderOptions *render)
     const OptionValue *asked = &session->options->values[OPTION_SUBFRAMES];
     uint32_t n = render->subframes;
     if (asked->is_set && n == 0) {
-        fprintf(stderr, "st4: error: --subframes is for --method accumulate\n");
+        diag_error(session->diag, (Span){0, 0}, NULL, "--subframes is for --method accumulate");
         return false;
     }
     if (n > 0 && render->spp % n != 0) {
-        fprintf(stderr,
-                "st4: error: %u samples per pixel cannot be shared among %u subframes evenly; "
-                "--spp %u can\n",
-                render->spp, n, (render->spp / n + 1) * n);
+        diag_error(session->diag, (Span){0, 0}, NULL,
+                   "%u samples per pixel cannot be shared among %u subframes evenly; --spp %u can",
+                   render->spp, n, (render->spp / n + 1) * n);
         return false;
     }
     return true;
@@ -199,8 +198,9 @@ static bool set_crop(const Session *session, RenderOptions *render) {
     }
     const uint32_t *crop = value->crop;
     if (crop[1] > film->width || crop[3] > film->height) {
-        fprintf(stderr, "st4: error: --crop: '%s' reaches beyond the picture of %ux%u pixels\n",
-                value->text, film->width, film->height);
+        diag_error(session->diag, (Span){0, 0}, NULL,
+                   "--crop: '%s' reaches beyond the picture of %ux%u pixels", value->text,
+                   film->width, film->height);
         return false;
     }
     render->crop_x0 = crop[0];
@@ -250,6 +250,7 @@ bool session_render_options(const Session *session, RenderOptions *render) {
 }
 
 int session_refuse(const Session *session, int status, const char *path, const char *message) {
+    diag_next_statement(session->diag);
     diag_error(session->diag, (Span){0, 0}, NULL, "%s: %s", path, message);
     return status;
 }

@@ -330,12 +330,18 @@ static double map_mean(const float *map, uint32_t width, uint32_t height) {
     return sum / ((double)width * height);
 }
 
+// The caller's map, or one of the arena where it wants none; no error yet.
+static float *cleared_map(Arena *arena, const Work *work, float *map) {
+    map = map ? map : ARENA_ARRAY(arena, work->n, float);
+    memset(map, 0, work->n * sizeof *map);
+    return map;
+}
+
 double flip_ldr(const FlipImage *test, const FlipImage *reference, double pixels_per_degree,
                 float *map) {
     Arena arena = {0};
     Work work = work_new(&arena, test, pixels_per_degree);
-    map = map ? map : ARENA_ARRAY(&arena, work.n, float);
-    memset(map, 0, work.n * sizeof *map);
+    map = cleared_map(&arena, &work, map);
     compare_exposed(&work, test, reference, as_shown, 0, map);
     double mean = map_mean(map, work.width, work.height);
     arena_free(&arena);
@@ -376,8 +382,7 @@ double flip_hdr(const FlipImage *test, const FlipImage *reference, double pixels
                 float *map) {
     Arena arena = {0};
     Work work = work_new(&arena, test, pixels_per_degree);
-    map = map ? map : ARENA_ARRAY(&arena, work.n, float);
-    memset(map, 0, work.n * sizeof *map);
+    map = cleared_map(&arena, &work, map);
     double first = 0, last = 0;
     int n = 1;
     if (find_exposures(reference, work.luminance, &first, &last)) {

@@ -40,7 +40,7 @@ static const char *ending(const char *path) {
     return dot ? dot + 1 : "";
 }
 
-static bool is_exr(const char *path) {
+bool image_is_exr(const char *path) {
     return strcasecmp(ending(path), "exr") == 0;
 }
 
@@ -123,7 +123,7 @@ static const char *find_format(const char *path, char *message, size_t n) {
 }
 
 bool image_write_check(const char *path, char *message, size_t n) {
-    if (!is_exr(path) &&
+    if (!image_is_exr(path) &&
         (!find_format(path, message, n) || !plugin_symbol(LIBRARY, "image_oiio", message, n))) {
         return false;
     }
@@ -137,7 +137,7 @@ bool image_write_check(const char *path, char *message, size_t n) {
 
 bool image_write(const char *path, const Image *image, const FilmSettings *film, char *message,
                  size_t n) {
-    if (is_exr(path)) {
+    if (image_is_exr(path)) {
         return image_write_exr(path, image, message, n);
     }
     const char *format = find_format(path, message, n);
@@ -201,7 +201,7 @@ static bool read_file(Arena *arena, const ImageOiio *library, ImageOiioFile *fil
 }
 
 bool image_read(Arena *arena, const char *path, Image *image, char *message, size_t n) {
-    if (is_exr(path)) {
+    if (image_is_exr(path)) {
         return image_read_exr(arena, path, image, message, n);
     }
     *image = (Image){0};

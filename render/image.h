@@ -47,6 +47,9 @@ typedef struct {
 // All functions: false with one sentence in message[n], without the file's name.
 // Files are written under a temporary name in the same folder, synced, and renamed.
 
+// By its ending.
+bool image_is_exr(const char *path);
+
 // One part, scan lines. Of a crop the data window is the crop, the display window the picture.
 bool image_write_exr(const char *path, const Image *image, char *message, size_t n);
 bool image_read_exr(Arena *arena, const char *path, Image *image, char *message, size_t n);

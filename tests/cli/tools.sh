@@ -217,7 +217,9 @@ test_all_reports_are_json() {
     has "$err" '"severity":"print"'
     local command
     for command in 'fmt nosuch.st4' 'info nosuch.exr' 'check nosuch.st4' 'check print.st4 -f 9-' \
-        'check print.st4 -W nosuch' 'mesh print.st4'; do
+        'check print.st4 -W nosuch' 'mesh print.st4' \
+        'print.st4 --crop 0,9999,0,9' 'print.st4 --subframes 3' 'print.st4 --samples 90-99 -o a.st4film' \
+        'print.st4 -o a.png -o b.png' 'print.st4 --stats no-folder/a.json'; do
         "$ST4" $command --diag json >out 2>err && fail "$command is fine"
         grep -qv '^{"version":1,' err && fail "$command: $(cat err)"
     done
