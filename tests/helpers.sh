@@ -49,3 +49,18 @@ differ() {
 below() {
     awk -v x="$1" -v y="$2" 'BEGIN { exit !(x + 0 < y + 0) }' || fail "$1 is not below $2"
 }
+
+# at SCENE TIMES EXPR...: the table, without its header, columns separated by spaces.
+at() {
+    local scene=$1 times=$2
+    shift 2
+    expect 0 "$ST4" eval "$scene" "$@" --at "$times"
+    out=$(tail -n +2 <<<"$out" | tr '\t' ' ')
+}
+
+# all_below BOUND: every number of $out but the times, without its sign.
+all_below() {
+    awk -v most="$1" '{ for (i = 2; i <= NF; i++) if (!($i < most && $i > -most)) bad = bad " " $i }
+        END { if (bad) { print "not below " most ":" substr(bad, 1, 300); exit 1 } }' <<<"$out" ||
+        fail "too large"
+}

@@ -213,3 +213,23 @@ void *test_film_bytes(const Film *film, Arena *arena, size_t *n) {
     }
     return bytes;
 }
+
+void test_any_threads(void (*begin)(TestScene *test), TestTrace *trace) {
+    static const uint32_t threads[] = {1, 2, 5};
+    Arena arena = {0};
+    void *first = NULL;
+    size_t n_first = 0, n;
+    for (int i = 0; i < 3; i++) {
+        TestScene test;
+        RenderStats stats = {0};
+        begin(&test);
+        test.n_threads = threads[i];
+        void *bytes = test_film_bytes(trace(&test, 16, &stats), &arena, &n);
+        first = i == 0 ? bytes : first;
+        n_first = i == 0 ? n : n_first;
+        assert_int_equal(n, n_first);
+        assert_memory_equal(first, bytes, n);
+        test_scene_free(&test);
+    }
+    arena_free(&arena);
+}

@@ -37,6 +37,10 @@ double test_channel(const Film *film, int x, int y, int c); // 0..2: r g b, 3: a
 // All that the film holds, from the arena; *n gets how many bytes.
 void *test_film_bytes(const Film *film, Arena *arena, size_t *n);
 
+typedef const Film *TestTrace(TestScene *test, uint32_t spp, RenderStats *stats);
+// Asserts that 1, 2 and 5 threads make the same film of the scene that `begin` makes.
+void test_any_threads(void (*begin)(TestScene *test), TestTrace *trace);
+
 // At (0, 0, distance), looking at the origin.
 void test_camera(TestScene *test, CameraKind kind, double distance, double fov);
 // aperture, focus, shift x and y: value + slope * t. After test_camera.

@@ -225,29 +225,18 @@ static void emitter_agrees_with_bounces(void **state) {
     }
 }
 
+static void begin_turning_mesh(TestScene *test) {
+    mixed_scene(test);
+    // A mesh of 128 triangles: what glows goes through the tree.
+    Shape shape = hand_mesh(mesh_grid(&test->arena, 8, 0.5));
+    shape.material = 1;
+    shape.transform = program_turning(&test->arena, 50, vec3(1, 1, 2), vec3(0, 30, 0));
+    test->shapes[test->scene.n_shapes++] = shape;
+}
+
 static void emitter_same_film_for_any_threads(void **state) {
     (void)state;
-    Arena arena = {0};
-    void *first = NULL;
-    static const uint32_t threads[] = {1, 2, 5};
-    for (int i = 0; i < 3; i++) {
-        TestScene test;
-        mixed_scene(&test);
-        test.n_threads = threads[i];
-        // A mesh of 128 triangles: what glows goes through the tree.
-        Shape shape = hand_mesh(mesh_grid(&test.arena, 8, 0.5));
-        shape.material = 1;
-        shape.transform = program_turning(&test.arena, 50, vec3(1, 1, 2), vec3(0, 30, 0));
-        test.shapes[test.scene.n_shapes++] = shape;
-        RenderStats stats = {0};
-        const Film *film = test_film(&test, 16, &stats);
-        size_t n;
-        void *bytes = test_film_bytes(film, &arena, &n);
-        first = i == 0 ? bytes : first;
-        assert_memory_equal(first, bytes, n);
-        test_scene_free(&test);
-    }
-    arena_free(&arena);
+    test_any_threads(begin_turning_mesh, test_film);
 }
 
 // A clamp cuts what comes after the first bounce: of almost nothing it leaves direct light, a large

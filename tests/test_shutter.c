@@ -345,35 +345,23 @@ static void shutters_are_free_where_nothing_moves(void **state) {
     arena_free(&arena);
 }
 
+static void begin_everything_late(TestScene *test) {
+    test_orthographic(test);
+    CurveReport report;
+    test->scene.shutter =
+        (ShutterSettings){.length = 0.8, .open = -0.4, .roll = ROLL_UP, .readout = 1.3};
+    test->scene.shutter.delay = delay_program(&test->arena, -0.2, 0.3);
+    test->scene.shutter.curve = shutter_curve_new(&test->arena, trapezoid(&test->arena), &report);
+    test_lens(test, (double[]){0.7, 8, 0.1, 0}, (double[]){0.2, 1, 0, 0}, 5);
+    test_light(test, LIGHT_SKY, (double[]){0.2, 0.3, 0.5, 1}, 4);
+    uint32_t gloss = test_material(test, MATERIAL_GLOSS, (double[]){0.9, 0.5, 0.1, 0.2, 1.5}, 5);
+    test_moving_sphere(test, gloss, vec3(-3, 0, 0), vec3(50, 10, 0), 3);
+    test_moving_square(test, gloss, vec3(0, 0, -6), vec3(-40, 0, 0), 9);
+}
+
 static void shutters_give_one_film_for_any_threads(void **state) {
     (void)state;
-    Arena arena = {0};
-    void *first = NULL;
-    static const uint32_t threads[] = {1, 2, 5};
-    for (int i = 0; i < 3; i++) {
-        TestScene test;
-        test_orthographic(&test);
-        test.n_threads = threads[i];
-        CurveReport report;
-        test.scene.shutter =
-            (ShutterSettings){.length = 0.8, .open = -0.4, .roll = ROLL_UP, .readout = 1.3};
-        test.scene.shutter.delay = delay_program(&test.arena, -0.2, 0.3);
-        test.scene.shutter.curve = shutter_curve_new(&test.arena, trapezoid(&test.arena), &report);
-        test_lens(&test, (double[]){0.7, 8, 0.1, 0}, (double[]){0.2, 1, 0, 0}, 5);
-        test_light(&test, LIGHT_SKY, (double[]){0.2, 0.3, 0.5, 1}, 4);
-        uint32_t gloss =
-            test_material(&test, MATERIAL_GLOSS, (double[]){0.9, 0.5, 0.1, 0.2, 1.5}, 5);
-        test_moving_sphere(&test, gloss, vec3(-3, 0, 0), vec3(50, 10, 0), 3);
-        test_moving_square(&test, gloss, vec3(0, 0, -6), vec3(-40, 0, 0), 9);
-        RenderStats stats = {0};
-        const Film *film = shot(&test, 16, &stats);
-        size_t n;
-        void *bytes = test_film_bytes(film, &arena, &n);
-        first = i == 0 ? bytes : first;
-        assert_memory_equal(first, bytes, n);
-        test_scene_free(&test);
-    }
-    arena_free(&arena);
+    test_any_threads(begin_everything_late, shot);
 }
 
 static const struct CMUnitTest tests[] = {

@@ -552,35 +552,23 @@ static void trace_depth_and_normal(void **state) {
     test_scene_free(&test);
 }
 
+static void begin_all_layers(TestScene *test) {
+    test_orthographic(test);
+    test->scene.film.filter = FILTER_BLACKMAN_HARRIS;
+    test->scene.film.transparent = false;
+    test->scene.film.layers = (1u << LAYER_COUNT) - 1;
+    test->scene.shutter = (ShutterSettings){.length = 3, .open = -1};
+    test->scene.render.bounces = 8;
+    test_light(test, LIGHT_SKY, (double[]){0.2, 0.3, 0.5, 1}, 4);
+    test_light(test, LIGHT_SUN, (double[]){1, 2, 3, 4, 1, 1, 1, 0.1}, 8);
+    uint32_t gloss = test_material(test, MATERIAL_GLOSS, (double[]){0.9, 0.5, 0.1, 0.2, 1.5}, 5);
+    test_moving_sphere(test, gloss, vec3(-3, 0, 0), vec3(50, 10, 0), 3);
+    test_moving_square(test, gloss, vec3(0, 0, -6), vec3(-40, 0, 0), 9);
+}
+
 static void trace_same_film_for_any_threads(void **state) {
     (void)state;
-    Arena arena = {0};
-    void *first = NULL;
-    static const uint32_t threads[] = {1, 2, 5};
-    for (int i = 0; i < 3; i++) {
-        TestScene test;
-        test_orthographic(&test);
-        test.n_threads = threads[i];
-        test.scene.film.filter = FILTER_BLACKMAN_HARRIS;
-        test.scene.film.transparent = false;
-        test.scene.film.layers = (1u << LAYER_COUNT) - 1;
-        test.scene.shutter = (ShutterSettings){.length = 3, .open = -1};
-        test.scene.render.bounces = 8;
-        test_light(&test, LIGHT_SKY, (double[]){0.2, 0.3, 0.5, 1}, 4);
-        test_light(&test, LIGHT_SUN, (double[]){1, 2, 3, 4, 1, 1, 1, 0.1}, 8);
-        uint32_t gloss =
-            test_material(&test, MATERIAL_GLOSS, (double[]){0.9, 0.5, 0.1, 0.2, 1.5}, 5);
-        test_moving_sphere(&test, gloss, vec3(-3, 0, 0), vec3(50, 10, 0), 3);
-        test_moving_square(&test, gloss, vec3(0, 0, -6), vec3(-40, 0, 0), 9);
-        RenderStats stats = {0};
-        const Film *film = test_film(&test, 16, &stats);
-        size_t n;
-        void *bytes = test_film_bytes(film, &arena, &n);
-        first = i == 0 ? bytes : first;
-        assert_memory_equal(first, bytes, n);
-        test_scene_free(&test);
-    }
-    arena_free(&arena);
+    test_any_threads(begin_all_layers, test_film);
 }
 
 static const struct CMUnitTest tests[] = {
