@@ -8,7 +8,6 @@
 
 #include "lang/excerpt.h"
 #include "lang/json.h"
-#include "lang/utf8.h"
 
 const WarningInfo warning_infos[WARN_COUNT] = {
 #define WARNING(id, name, help) {name, help},
@@ -135,21 +134,6 @@ static const char *severity_text(Severity severity) {
     return texts[severity];
 }
 
-// A message is ours, but may quote the user's text, and be cut within a character: nothing steers a
-// terminal, and all is UTF-8.
-static void put_clean(FILE *out, const char *text) {
-    const char *end = text + strlen(text);
-    unsigned size;
-    for (; text < end; text += size) {
-        uint32_t c = utf8_decode(text, end, &size);
-        if (utf8_steers(c) || c == UTF8_BAD) {
-            fputs(c < 0x80 ? "?" : "\xef\xbf\xbd", out);
-        } else {
-            fwrite(text, 1, size, out);
-        }
-    }
-}
-
 static void put_json_place(FILE *out, SourcePlace place) {
     fputs("\"file\":", out);
     if (place.file) {
@@ -204,7 +188,7 @@ static void put_include_chain(Diag *diag, Span included_from) {
         return;
     }
     put_include_chain(diag, place.file->included_from);
-    put_clean(diag->out, place.file->path);
+    excerpt_text(diag->out, place.file->path);
     fprintf(diag->out, ":%" PRIu32 ":%" PRIu32 ": in the file included here:\n", place.line,
             place.column);
 }
@@ -220,13 +204,13 @@ static void put_text(Diag *diag, const Report *report) {
     }
     fputs(bold, out);
     if (place.file) {
-        put_clean(out, place.file->path);
+        excerpt_text(out, place.file->path);
         fprintf(out, ":%" PRIu32 ":%" PRIu32 ": ", place.line, place.column);
     } else {
         fputs("st4: ", out);
     }
     fprintf(out, "%s%s:%s%s ", color, severity_text(report->severity), off, bold);
-    put_clean(out, report->message);
+    excerpt_text(out, report->message);
     fputs(off, out);
     if (report->name) {
         fprintf(out, " [-W%s%s]", report->is_raised ? "error=" : "", report->name);
@@ -336,7 +320,7 @@ void diag_print(Diag *diag, Span where, const char *line) {
     if (diag->is_json) {
         put_json(diag, &(Report){.severity = DIAG_PRINT, .where = where, .message = line});
     } else {
-        put_clean(diag->out, line);
+        excerpt_text(diag->out, line);
         fputc('\n', diag->out);
     }
 }

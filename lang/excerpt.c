@@ -75,11 +75,31 @@ static const char *rightmost(const char *left, const char *stop) {
     return right;
 }
 
+void excerpt_text(FILE *out, const char *text) {
+    const char *end = text + strlen(text);
+    unsigned size;
+    for (; text < end; text += size) {
+        uint32_t c = utf8_decode(text, end, &size);
+        if (utf8_steers(c) || c == UTF8_BAD) {
+            fputs(c < 0x80 ? "?" : "\xef\xbf\xbd", out);
+        } else {
+            fwrite(text, 1, size, out);
+        }
+    }
+}
+
+static void put_hint(FILE *out, const char *color, const char *hint, const char *off) {
+    fputs(color, out);
+    excerpt_text(out, hint);
+    fprintf(out, "%s\n", off);
+}
+
 void excerpt_print(FILE *out, SourcePlace place, Span where, const char *hint, const char *color,
                    const char *off) {
     if (!place.file) {
         if (hint) {
-            fprintf(out, "      | %s%s%s\n", color, hint, off);
+            fputs("      | ", out);
+            put_hint(out, color, hint, off);
         }
         return;
     }
@@ -109,5 +129,6 @@ void excerpt_print(FILE *out, SourcePlace place, Span where, const char *hint, c
     for (unsigned n = width_between(at, last); n > 1; n--) {
         fputc('~', out);
     }
-    fprintf(out, "%s%s%s\n", hint ? " " : "", hint ? hint : "", off);
+    fputs(hint ? " " : "", out);
+    put_hint(out, "", hint ? hint : "", off);
 }

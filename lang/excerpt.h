@@ -13,4 +13,8 @@
 void excerpt_print(FILE *out, SourcePlace place, Span where, const char *hint, const char *color,
                    const char *off);
 
+// A message or a hint is ours, but may quote the user's text or the name of a file, and be cut
+// within a character: nothing steers a terminal, and all is UTF-8.
+void excerpt_text(FILE *out, const char *text);
+
 #endif
