@@ -134,7 +134,11 @@ bool eval_bind(Eval *ev, const Env *env, NodeId node, ExtraId args, const Module
         }
         Value value =
             placed[i] ? eval_expr(ev, env, placed[i]) : eval_expr(ev, &inside, by_default);
-        is_ok = bind_value(ev, scope, name, value) && is_ok;
+        if (!bind_value(ev, scope, name, value)) {
+            is_ok = false;
+        } else if (!placed[i]) {
+            scope_find_own(scope, name)->state = BINDING_DONE;
+        }
     }
     return is_ok;
 }

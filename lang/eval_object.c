@@ -398,6 +398,9 @@ static void finish_copy(Eval *ev, const Env *env, const Place *place, NodeId sta
         within.path = arena_printf(ev->arena, "%s%s/", place->path, label);
     }
     eval_emit(ev, &copy->env, &within, parts->block, false, copy->name);
+    if (!place_enter_instance(ev, &within, copy, parts->is_instance)) {
+        return;
+    }
     if (enter_def(ev, copy->where)) {
         unsigned n_errors = diag_n_errors(ev->diag);
         emit_def(ev, &within, copy, def, extra[1]);

@@ -377,7 +377,7 @@ static bool in_batch(Eval *ev) {
     return ev->loops != NULL;
 }
 
-void lower_object(Eval *ev, const Object *object, const Place *place, const char *label) {
+static void lower_at_film(Eval *ev, const Object *object, const Place *place, const char *label) {
     if (node_infos[object->kind].class == NODE_CLASS_SHAPE) {
         lower_shape(ev, object, place, label);
         return;
@@ -410,6 +410,16 @@ void lower_object(Eval *ev, const Object *object, const Place *place, const char
     default:
         lower_sky(ev, object, place);
     }
+}
+
+void lower_object(Eval *ev, const Object *object, const Place *place, const char *label) {
+    if (place->clock == REF_NONE) {
+        lower_at_film(ev, object, place, label);
+        return;
+    }
+    Place at = place_at_clock(ev, place);
+    Object changed = object_at_clock(ev, place, object);
+    lower_at_film(ev, &changed, &at, label);
 }
 
 void lowering_override(Eval *ev, const Overrides *overrides) {
@@ -450,7 +460,7 @@ static void keep_used_materials(Lowering *l) {
 
 static void add_defaults(Eval *ev) {
     Lowering *l = ev->lowering;
-    Place place = {.is_identity = true, .visible = dag_const(ev->dag, 1)};
+    Place place = {.is_identity = true, .visible = dag_const(ev->dag, 1), .clock = REF_NONE};
     Object object = {.is_identity = true};
     if (!l->shutter.module) {
         object.kind = OBJECT_SHUTTER;

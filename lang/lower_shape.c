@@ -281,6 +281,26 @@ static const Program *shape_breaks(Eval *ev, const Form *form, const RefMap *map
     return lower_breaks(ev, refs, n);
 }
 
+// What the vertices of a mesh move by, where it is not the film's clock. False: reported.
+static bool shape_clock(Eval *ev, const Object *object, const Place *place, const Form *form,
+                        const Program **clock) {
+    uint32_t inputs = form->track ? 1u << IN_T : 0;
+    for (int k = 0; k < 3 && form->vertex[0] != REF_NONE; k++) {
+        inputs |= dag_inputs(ev->dag, form->vertex[k]);
+    }
+    bool is_own = place->clock != REF_NONE && (inputs >> IN_T & 1);
+    if (place->clock != REF_NONE && (inputs >> IN_FILM_T & 1)) {
+        eval_error_at(ev, object->where,
+                      "t is the instance's own clock; what is to differ can be a transform, a "
+                      "material, or a parameter of the def",
+                      "the vertices of this %s, which instances share, move by T, the film's clock",
+                      object->name);
+        return false;
+    }
+    *clock = is_own ? lower_program(ev, &place->clock, 1) : NULL;
+    return true;
+}
+
 // The edges of solids are what they are; elsewhere `smooth` says which are sharp.
 static double shape_smooth(Eval *ev, const Place *place, const Form *form) {
     return form->faceted
@@ -299,7 +319,11 @@ static const Program *seen_by(Eval *ev, const Given *given) {
 static void emit_shape(Eval *ev, const Object *object, const Place *place, const char *label,
                        const Form *form) {
     RefMap map;
+    const Program *clock;
     bool is_moved = shape_map(ev, place, form, &map);
+    if (!shape_clock(ev, object, place, form, &clock)) {
+        return;
+    }
     Shape *shape = lower_new_shape(ev);
     shape->kind = form->kind;
     shape->where = scene_source_ref(object->where);
@@ -316,7 +340,8 @@ static void emit_shape(Eval *ev, const Object *object, const Place *place, const
         shape->seen[k] = seen_by(ev, place->seen[k]);
     }
     shape->is_catcher = inherited(ev, place->catcher, PROPERTY_OBJECT_CATCHER) != 0;
-    shape->breaks = shape_breaks(ev, form, is_moved ? &map : NULL);
+    shape->clock = clock;
+    shape->breaks = shape_breaks(ev, form, is_moved && !clock ? &map : NULL);
     shape->tolerance = inherited(ev, place->tolerance, PROPERTY_INHERITED_TOLERANCE);
     shape->smooth = shape_smooth(ev, place, form);
     shape->samples = (uint32_t)inherited(ev, place->samples, PROPERTY_INHERITED_SAMPLES);

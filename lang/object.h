@@ -30,6 +30,10 @@ typedef struct {
     bool has_number, is_joined;
     Ref number;
     bool is_outermost; // no node's block is around: film and its like stand here
+    // Within an instance, what its own clock (IN_T) shows, by the film's (IN_FILM_T); REF_NONE: the
+    // film's itself. What stands above is by IN_T where it was written within the instance, by
+    // IN_FILM_T where outside.
+    Ref clock;
 } Place;
 
 enum { OBJECT_MAX_GIVEN = 40 };
@@ -77,6 +81,18 @@ bool eval_check_vec3(Eval *ev, Span where, const char *what, const Value *value,
 
 // A node, a copy or an instance: NODE_OBJECT.
 void eval_object(Eval *ev, const Env *env, const Place *place, NodeId statement);
+
+// ---- lang/eval_clock.c
+
+// What t shows at the place, by the film's clock.
+Ref place_clock(Eval *ev, const Place *place);
+// The same by the film's clock: a value, the place itself, and the properties of an object, but for
+// its functions.
+Value value_at_clock(Eval *ev, const Place *place, const Value *value);
+Place place_at_clock(Eval *ev, const Place *place);
+Object object_at_clock(Eval *ev, const Place *place, const Object *object);
+// From the block of a copy, whose place this is, into its def. False: reported.
+bool place_enter_instance(Eval *ev, Place *place, const Object *copy, bool is_instance);
 
 // ---- lang/eval_block.c
 

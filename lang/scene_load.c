@@ -84,7 +84,8 @@ static void begin(Loading *loading, Arena *scene_arena, Sources *sources, Diag *
                              .visible = dag_const(ev->dag, 1),
                              .path = "",
                              .suffix = "",
-                             .is_outermost = true};
+                             .is_outermost = true,
+                             .clock = REF_NONE};
 }
 
 // ---- The command line

@@ -39,7 +39,8 @@ typedef enum { BINDING_FRESH, BINDING_BUSY, BINDING_DONE } BindingState;
 typedef struct {
     Symbol name;
     uint8_t kind;  // BindingKind
-    uint8_t state; // of LET and PARAM: whether value is there
+    uint8_t state; // of LET and PARAM: whether value is there; of ARGUMENT: DONE where nobody gave
+                   // it, so that it was made within what is called
     const Module *module;
     NodeId node;     // the statement; 0: none
     Span where;      // of the name

@@ -29,7 +29,8 @@ typedef struct {
     const RenderOptions *options;
     const Reporter *reporter;
     Assembly *out;
-    // Still meshes by (mesh, smooth): a hash table of indices into forms, plus 1.
+    // Meshes that stand still or move by clocks of their own, by what they are: a hash table of
+    // indices into forms, plus 1.
     uint32_t *shared;
     size_t shared_size;
     Form *ball; // a sphere of radius 1; NULL: not made yet
@@ -82,6 +83,25 @@ static double tolerance_of(const Work *w, const Shape *shape) {
     return shape->tolerance > 0 ? shape->tolerance : DEFAULT_TOLERANCE;
 }
 
+static void prepare_views(Work *w, Sampler *s, const Shape *shape, uint32_t first, uint32_t n,
+                          bool is_in_world) {
+    SampleView *views = ARENA_ARRAY(w->arena, n, SampleView);
+    for (uint32_t i = 0; i < n; i++) {
+        views[i] = (SampleView){shape, shape->transform, shape_loops(shape, first + i)};
+    }
+    if (is_in_world) {
+        views[0].transform = NULL;
+    }
+    s->views = views;
+    s->n_views = is_in_world ? 1 : n;
+}
+
+static void add_user(Work *w, Form *form, const Shape *shape, uint32_t first, uint32_t n) {
+    form->users = arena_grow(w->arena, form->users, form->n_users, &form->users_capacity,
+                             sizeof *form->users);
+    form->users[form->n_users++] = (FormUser){shape, first, n};
+}
+
 // The parts of a sampler that do not depend on the kind of shape. Instances [first, first + n)
 // stand in the form.
 static void prepare(Work *w, Form *form, const Shape *shape, uint32_t first, uint32_t n,
@@ -97,15 +117,11 @@ static void prepare(Work *w, Form *form, const Shape *shape, uint32_t first, uin
     }
     s->probe = sample_choose(w->arena, &s->all, film_first_seconds(w->scene));
     form->report.evaluations += s->probe.n < s->all.n ? s->all.n : 0;
-    SampleView *views = ARENA_ARRAY(w->arena, n, SampleView);
-    for (uint32_t i = 0; i < n; i++) {
-        views[i] = (SampleView){shape, shape->transform, shape_loops(shape, first + i)};
+    if (shape->clock) {
+        add_user(w, form, shape, first, n);
+    } else {
+        prepare_views(w, s, shape, first, n, is_in_world);
     }
-    if (is_in_world) {
-        views[0].transform = NULL;
-    }
-    s->views = views;
-    s->n_views = is_in_world ? 1 : n;
     if (shape->breaks) {
         SampleBreaks *breaks = ARENA_NEW(w->arena, SampleBreaks);
         *breaks = (SampleBreaks){shape, shape_loops(shape, first)};
@@ -113,7 +129,6 @@ static void prepare(Work *w, Form *form, const Shape *shape, uint32_t first, uin
         s->n_breaks = 1;
     }
 }
-
 static Mover mover_of(Work *w, MoverPart part, uint32_t width) {
     Mover mover = {ARENA_NEW(w->arena, MoverPart), 1, width, part.n};
     mover.parts[0] = part;
@@ -143,12 +158,23 @@ static size_t hash_pointer(const void *p, double smooth) {
     return (size_t)((((uintptr_t)p >> 4) ^ bits) * 0x9e3779b97f4a7c15u >> 20);
 }
 
-// The form of a mesh that keeps its rest pose, shared by all shapes that show the same one.
-static Form *still_form(Work *w, const Shape *shape) {
+static bool is_same_form(const Work *w, const Shape *a, const Shape *b) {
+    bool is_alike = a->mesh == b->mesh && a->smooth == b->smooth && a->vertex == b->vertex &&
+                    a->track == b->track;
+    return is_alike && (!deforms(a) || (a->clock && b->clock && a->samples == b->samples &&
+                                        tolerance_of(w, a) == tolerance_of(w, b)));
+}
+
+// The form of a mesh that keeps its rest pose, or whose instances have clocks: shared by all shapes
+// that show the same one.
+static Form *shared_form(Work *w, const Shape *shape) {
     size_t i = hash_pointer(shape->mesh, shape->smooth) % w->shared_size;
     for (; w->shared[i]; i = (i + 1) % w->shared_size) {
         Form *form = w->out->forms[w->shared[i] - 1];
-        if (form->shape->mesh == shape->mesh && form->shape->smooth == shape->smooth) {
+        if (is_same_form(w, form->shape, shape)) {
+            if (shape->clock) {
+                add_user(w, form, shape, 0, shape->n_instances);
+            }
             return form;
         }
     }
@@ -245,7 +271,8 @@ static Form *instance_form(Work *w, const Shape *shape, uint32_t instance, uint3
                    ? ball_form(w, shape)
                    : sphere_form(w, shape, sphere_part(shape, instance), instance, n, false);
     }
-    return deforms(shape) ? mesh_form(w, shape, instance, n) : still_form(w, shape);
+    bool is_shared = !deforms(shape) || (shape->clock && !program_reads_loops(shape->vertex));
+    return is_shared ? shared_form(w, shape) : mesh_form(w, shape, instance, n);
 }
 
 // A sphere as a body of its own.
@@ -317,10 +344,10 @@ static void add_all_standing(Work *w) {
 }
 
 // A blinking shape is not part of the common tree: it must come and go. Nor is one that some rays
-// pass through.
+// pass through, or that has a clock of its own.
 static bool is_baked(const Work *w, const Shape *shape) {
     return shape->kind == SHAPE_MESH && (shape->bake || w->options->bake) &&
-           !program_reads_time(shape->visible) && !shape_is_selective(shape);
+           !program_reads_time(shape->visible) && !shape_is_selective(shape) && !shape->clock;
 }
 
 static void bake_instance(Work *w, const Shape *shape, uint32_t instance, uint32_t object,

@@ -2,6 +2,8 @@
 // Bodies: placement at an instant, bounds over a span of time.
 #include "render/body.h"
 
+#include "render/local_time.h"
+
 enum {
     PROBES = 8, // instants within a span whose bounds are asked for
     DEPTH = 12, // halvings of such a span
@@ -192,8 +194,30 @@ static Bounds pad_rounding(Bounds b) {
     return pad(b, ROUNDING * size + ROUNDING_PLACE * place);
 }
 
+typedef struct {
+    const Form *form;
+    double fps;
+    Bounds sum;
+} LocalBounds;
+
+static void add_local(void *context, double lo, double hi) {
+    LocalBounds *local = context;
+    Instant from = instant_of_seconds(lo, local->fps), to = instant_of_seconds(hi, local->fps);
+    local->sum = bounds_join(local->sum, form_bounds(local->form, from, to));
+}
+
+// Of the points, in their own space, over part of a cell of the film.
+static Bounds points_bounds(const Body *body, double fps, int64_t frame, double lo, double hi) {
+    if (!body->form->users) {
+        return form_bounds(body->form, (Instant){frame, lo}, (Instant){frame, hi});
+    }
+    LocalBounds local = {body->form, fps, bounds_empty()};
+    local_times(body->shape, body_loops(body), fps, frame, lo, hi, add_local, &local);
+    return local.sum;
+}
+
 Bounds body_bounds(const Body *body, double fps, int64_t frame, double lo, double hi) {
-    Sweep s = {body, form_bounds(body->form, frame, lo, hi), fps, frame, bounds_empty()};
+    Sweep s = {body, points_bounds(body, fps, frame, lo, hi), fps, frame, bounds_empty()};
     if (body->many || bounds_are_empty(s.box)) {
         return pad_rounding(s.box);
     }

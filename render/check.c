@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the motion of each shape was sampled: what `st4 check` says without tracing.
+#include "render/local_time.h"
 #include "render/report.h"
 #include "render/survey.h"
 #include "render/world_parts.h"
@@ -52,7 +53,7 @@ typedef struct {
 static bool moment_at(const Runner *r, int which, Instant at, Moment *moment) {
     double in[IN_COUNT], seconds = instant_seconds(at, r->scene->film.fps);
     Arena scratch = {0};
-    mover_run(&r->probe, seconds, &scratch, r->at[which]);
+    mover_run(&r->probe, shape_seconds(r->shape, r->loops, seconds), &scratch, r->at[which]);
     arena_free(&scratch);
     moment->camera = camera_at(r->scene, seconds);
     shape_inputs(r->shape, r->loops, seconds, in);

@@ -79,6 +79,10 @@ static bool was_seen(const Form *form, const Opening *o) {
 }
 
 void form_plan(Form *form, const ShutterSpan *shutter) {
+    if (form->users) {
+        form_plan_local(form, shutter);
+        return;
+    }
     for (uint64_t i = 0; form->moves && i < shutter->n_cells; i++) {
         Opening open = shutter_opening(shutter, i);
         if (was_seen(form, &open)) {
@@ -321,24 +325,23 @@ void form_time(const Form *form, Instant at, uint32_t *key, float *f) {
     }
 }
 
-Bounds form_bounds(const Form *form, int64_t frame, double lo, double hi) {
+static bool is_within(const Span *span, Instant at) {
+    return span->frame == at.frame && span->lo <= at.frac && at.frac < span->hi;
+}
+
+Bounds form_bounds(const Form *form, Instant from, Instant to) {
     if (form->n_spans == 0) {
         return form->bounds[0];
     }
-    size_t first = find_span(form, frame, lo), last = find_span(form, frame, hi);
+    size_t first = find_span(form, from.frame, from.frac),
+           last = find_span(form, to.frame, to.frac);
     first = first == form->n_spans ? 0 : first;
     last = last == form->n_spans ? 0 : last;
     // One more on either side: an instant between two spans is taken for the nearer end.
     uint32_t k0 = form->span_key[first > 0 ? first - 1 : 0];
     uint32_t k1 = form->span_key[last + 1 < form->n_spans ? last + 1 : last] + 1;
-    if (form->spans[first].frame == frame && form->spans[first].lo <= lo &&
-        lo < form->spans[first].hi) {
-        k0 = form->span_key[first];
-    }
-    if (form->spans[last].frame == frame && form->spans[last].lo <= hi &&
-        hi < form->spans[last].hi) {
-        k1 = form->span_key[last] + 1;
-    }
+    k0 = is_within(&form->spans[first], from) ? form->span_key[first] : k0;
+    k1 = is_within(&form->spans[last], to) ? form->span_key[last] + 1 : k1;
     Bounds b = bounds_empty();
     for (uint32_t k = k0; k <= k1; k++) {
         b = bounds_join(b, form->bounds[k]);

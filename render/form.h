@@ -3,6 +3,9 @@
 // the way from an instant to a place between two keys. Instances share a form where nothing of
 // their own moves its points.
 //
+// Where instances have clocks of their own, all that is said of time here is by those: keys lie in
+// the cells that any of them reaches, each cell whole, so that what it holds depends on it alone.
+//
 // In this order: form_plan for each shutter of the block; form_store; form_store_key for each key,
 // from any threads; form_build.
 #ifndef RENDER_FORM_H
@@ -36,6 +39,12 @@ static inline Vec3 bounds_corner(Bounds b, int i) {
 // Bounds of a mover's points (with their radii) at one instant.
 Bounds mover_bounds(const Mover *mover, double seconds);
 
+// Instances [first, first + n) of a shape.
+typedef struct {
+    const Shape *shape;
+    uint32_t first, n;
+} FormUser;
+
 typedef struct {
     // What it is; set by its maker.
     const Shape *shape; // the first that stands in it; NULL: baked, of many
@@ -45,6 +54,10 @@ typedef struct {
     Smoothing smoothing;
     Sampler sampler;
     bool moves;
+    // Whose clocks say when it is sampled, cell by cell of their own time; NULL: the film's does.
+    FormUser *users;
+    size_t n_users, users_capacity;
+    bool is_too_fast; // they reach more than LOCAL_MAX_CELLS of them
 
     // When it is sampled.
     Span *spans; // of all shutters so far; ascending and unique after form_store
@@ -88,8 +101,12 @@ void form_destroy(Form *form);
 // The place of an instant among the keys; between two stored spans, the nearer end.
 void form_time(const Form *form, Instant at, uint32_t *key, float *f);
 
-// Bounds over a part of a cell, in the space of the points.
-Bounds form_bounds(const Form *form, int64_t frame, double lo, double hi);
+// Bounds between two instants, in the space of the points.
+Bounds form_bounds(const Form *form, Instant from, Instant to);
+
+// form_plan for forms with users (render/form_local.c).
+enum { LOCAL_MAX_CELLS = 1 << 20 };
+void form_plan_local(Form *form, const ShutterSpan *shutter);
 
 // Length in seconds of the span that begins with a key; 0: no span does.
 double form_span_seconds(const Form *form, uint32_t key);

@@ -262,6 +262,12 @@ static Measure measure_at(Cell *cell, double lo, double hi, const Pose *a, const
     evaluate(cell, frac, x);
     Camera camera = camera_at(sampler->scene, seconds);
     Measure m = {0};
+    for (size_t i = 0; sampler->pixels > 0 && i < sampler->probe.n; i++) {
+        Deviation d = deviation(cell, a, b, x, s, i);
+        double off = (vec3_length(d.off) + d.radius_off) * sampler->pixels;
+        m.is_mixed |= d.is_mixed;
+        m.error = d.is_finite ? fmax(m.error, off) : m.error;
+    }
     for (uint32_t v = 0; v < cell->n_views; v++) {
         Affine map;
         if (!view_map(&cell->views[v], seconds, &map)) {
@@ -457,7 +463,9 @@ void sample_cell(const Sampler *sampler, Opening open, Arena *arena, Span **span
     for (size_t i = 0; i < sizeof cell.pose / sizeof *cell.pose; i++) {
         cell.pose[i] = pose_new(&cell.scratch, &sampler->probe);
     }
-    choose_views(&cell);
+    if (!(sampler->pixels > 0)) {
+        choose_views(&cell);
+    }
     Cut *cuts = ARENA_ARRAY(&cell.scratch, SAMPLE_MAX_CUTS + sampler->samples + 1, Cut);
     size_t n_cuts = cut_cell(&cell, cuts);
     double lo = 0;

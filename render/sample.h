@@ -55,6 +55,7 @@ typedef struct {
     const SampleBreaks *breaks;
     const SampleView *views;    // of many, those that look largest in the cell's middle count
     uint32_t n_breaks, n_views; // n_views >= 1
+    double pixels;              // > 0: per unit of the points' space, instead of views
     double tolerance;           // pixels
     uint32_t samples;           // spans per frame; 0: by the tolerance
 } Sampler;

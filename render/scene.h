@@ -54,6 +54,7 @@ typedef struct {
     const VertexTrack *track; // SHAPE_MESH: where the vertices are at t; NULL: in the rest pose
     const Program *vertex;    // SHAPE_MESH: 3 out, a vertex in the shape's own block; reads u v p n
                               // i besides, p from the track. NULL: the vertices stay at p
+    const Program *clock;     // 1 out, seconds: what vertex and track have for t; NULL: IN_T itself
     const Program *geometry;  // spheres and planes
     const Program *transform; // 12 out, rows of the map to the world; NULL: identity
     const Program *visible;   // 1 out, != 0: there at that instant; NULL: always
@@ -62,7 +63,7 @@ typedef struct {
 
     // Scalars of t whose floor jumps, or whose sign changes from < 0 to >= 0, just where vertex,
     // geometry or transform may jump or have a kink: sampling cuts there. 1 program, any number of
-    // outputs; NULL: no breaks known.
+    // outputs; NULL: no breaks known. With a clock: of vertex alone, by its own t.
     const Program *breaks;
 
     double tolerance; // pixels, > 0: bound on the error of sampled motion

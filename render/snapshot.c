@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "render/local_time.h"
 #include "render/mover.h"
 
 // A sphere's mesh: circles between the poles, points on each.
@@ -78,7 +79,8 @@ static void put_triangle(Mesh *mesh, uint32_t base, uint32_t a, uint32_t b, uint
     at[2] = base + c;
 }
 
-static void put_mesh(Taker *taker, const Shape *shape, const MoverPart *part, const Affine *map) {
+static void put_mesh(Taker *taker, const Shape *shape, const MoverPart *part, double seconds,
+                     const Affine *map) {
     Mesh *mesh = taker->mesh;
     Arena scratch = {0};
     uint32_t n = shape->mesh->n_vertices, base = mesh->n_vertices;
@@ -88,7 +90,7 @@ static void put_mesh(Taker *taker, const Shape *shape, const MoverPart *part, co
     }
     MoverPart one = *part;
     Mover mover = {&one, 1, 3, n};
-    mover_run(&mover, taker->seconds, &scratch, out);
+    mover_run(&mover, seconds, &scratch, out);
     if (mesh->uv && shape->mesh->uv) {
         memcpy(mesh->uv + 2 * (size_t)base, shape->mesh->uv, 2 * (size_t)n * sizeof(float));
     }
@@ -162,7 +164,8 @@ static void put_instance(Taker *taker, const Shape *shape, MoverPart *part, uint
         put_sphere(taker, shape, in, &map);
     } else {
         mover_set_loops(&part->in, shape, instance);
-        put_mesh(taker, shape, part, &map);
+        double shown = shape_seconds(shape, shape_loops(shape, instance), taker->seconds);
+        put_mesh(taker, shape, part, shown, &map);
     }
     if (is_mirrored(&map)) {
         flip(taker->mesh, first);

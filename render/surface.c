@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What there is to know of a point of a surface: from the vertices, not along the ray.
+#include "render/local_time.h"
 #include "render/world_parts.h"
 
 #include <float.h>
@@ -309,6 +310,8 @@ void world_surface(WorldView *view, Vec3 origin, Vec3 dir, const WorldHit *hit,
     Vec3 o = body->many ? origin : placement_point_back(place, origin);
     Vec3 d = body->many ? dir : affine_vector(&place->inverse, dir);
     Local l = local_of(view, body, at, vec3_madd(o, hit->t, d), hit, hit->at);
+    l.velocity = vec3_scale(l.velocity, shape_rate(point->shape, point->loops, view->seconds,
+                                                   RATE_STEP / view->world->fps));
     set_rest(body, &l, hit, point);
     double side = handedness(view, body, point), grown = stretch(&place->map);
     point->P = affine_point(&place->map, l.p);

@@ -3,6 +3,7 @@
 //
 // The answer does not depend on the order in which bodies are asked: every body gets its own
 // closest hit up to the best distance so far, rounded up, and distances are compared in double.
+#include "render/local_time.h"
 #include "render/world_parts.h"
 
 #include <stdlib.h>
@@ -77,7 +78,12 @@ const BodyView *view_body(WorldView *view, const Body *body) {
     slot->unseen =
         body->shape && shape_is_selective(body->shape) ? unseen_by(body, view->seconds) : 0;
     if (body->form) {
-        form_time(body->form, view->at, &slot->key, &slot->f);
+        Instant at = view->at;
+        if (body->form->users) {
+            double shown = shape_seconds(body->shape, body_loops(body), view->seconds);
+            at = instant_of_seconds(shown, view->world->fps);
+        }
+        form_time(body->form, at, &slot->key, &slot->f);
     }
     return slot;
 }

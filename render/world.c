@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Worlds: from a scene and some of its frames to everything that rays need.
 #include "accel/clock.h"
+#include "render/local_time.h"
 #include "render/report.h"
 #include "render/shutter.h"
 #include "render/world_parts.h"
@@ -181,6 +182,10 @@ bool world_bounds_at(const Scene *scene, Instant at, Vec3 *lo, Vec3 *hi) {
         if (body->form != form) { // instances of one form follow each other
             form = body->form;
             local = mover_bounds(&form->sampler.all, seconds);
+        }
+        if (form->users) {
+            double shown = shape_seconds(body->shape, body_loops(body), seconds);
+            local = mover_bounds(&form->sampler.all, shown);
         }
         b = bounds_join(b, placed_bounds(body, local, seconds));
     }

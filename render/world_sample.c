@@ -156,7 +156,8 @@ static bool store_forms(World *world, double first, uint32_t n_threads) {
 // Forms that will be asked about one instant alone need one key: returns its seconds.
 static double hold_still(World *world, int64_t frame) {
     for (uint32_t i = 0; i < world->parts.n_forms; i++) {
-        world->parts.forms[i]->moves = false;
+        Form *form = world->parts.forms[i];
+        form->moves = form->users != NULL; // whose instances are at many instants of their own
     }
     return instant_seconds(instant_at(frame - 1, world->scene->shutter.open), world->fps);
 }
@@ -172,6 +173,14 @@ static bool sample(World *world, const RenderOptions *options, const int64_t *fr
                      "the shutter is open for more than a million frames, or a frame's pixels are "
                      "delayed over as many, while something moves");
         return false;
+    }
+    for (uint32_t i = 0; i < world->parts.n_forms; i++) {
+        if (world->parts.forms[i]->is_too_fast) {
+            report_error(reporter, world->parts.forms[i]->shape->where,
+                         "the clocks of its instances run over more than a million frame periods "
+                         "of their own within a block of frames");
+            return false;
+        }
     }
     if (!store_forms(world, first, options->n_threads)) {
         report_error(reporter, world->scene->camera.where,
