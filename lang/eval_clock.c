@@ -82,6 +82,17 @@ Place place_at_clock(Eval *ev, const Place *place) {
     for (int k = 0; !place->is_identity && k < 12; k++) {
         changed.map.m[k / 4][k % 4] = change(&clock, place->map.m[k / 4][k % 4]);
     }
+    if (place->clock != REF_NONE && !place->is_identity) {
+        RefMap *inner = ARENA_NEW(ev->arena, RefMap);
+        *inner = place->map;
+        changed.inner = inner;
+    }
+    if (place->clock != REF_NONE && !place->outer_is_identity) {
+        changed.map = place->is_identity
+                          ? place->outer
+                          : spatial_map_compose(ev->dag, &place->outer, &changed.map);
+        changed.is_identity = false;
+    }
     changed.visible = change(&clock, place->visible);
     changed.material = given_at_clock(&clock, place->material);
     for (int k = 0; k < RAY_KINDS; k++) {
@@ -146,16 +157,16 @@ bool place_enter_instance(Eval *ev, Place *place, const Object *copy, bool is_in
     const Given *given = object_given(copy, PROPERTY_INSTANCE_CLOCK);
     Ref own = given ? given_scalar(ev, copy, PROPERTY_INSTANCE_CLOCK, 0)
                     : dag_op(dag, OP_ADD,
-                             dag_op(dag, OP_MUL,
-                                    given_scalar(ev, copy, PROPERTY_INSTANCE_SPEED, 1),
+                             dag_op(dag, OP_MUL, given_scalar(ev, copy, PROPERTY_INSTANCE_SPEED, 1),
                                     dag_input(dag, IN_T), REF_NONE),
                              given_scalar(ev, copy, PROPERTY_INSTANCE_OFFSET, 0), REF_NONE);
-    if (object_given(copy, PROPERTY_INSTANCE_CYCLE)) {
-        own = dag_op(dag, OP_MOD, own, given_scalar(ev, copy, PROPERTY_INSTANCE_CYCLE, 1),
-                     REF_NONE);
-    }
     Clock outer = {ev, place_clock(ev, place)};
-    own = change(&outer, own);
+    Ref unwound = change(&outer, own), cycle = REF_NONE;
+    own = unwound;
+    if (object_given(copy, PROPERTY_INSTANCE_CYCLE)) {
+        cycle = change(&outer, given_scalar(ev, copy, PROPERTY_INSTANCE_CYCLE, 1));
+        own = dag_op(dag, OP_MOD, unwound, cycle, REF_NONE);
+    }
     if (own == outer.clock && place->clock == REF_NONE) {
         return true; // as the film's
     }
@@ -167,5 +178,11 @@ bool place_enter_instance(Eval *ev, Place *place, const Object *copy, bool is_in
         }
     }
     place->clock = own;
+    place->unwound = unwound;
+    place->cycle = cycle;
+    place->inner = NULL;
+    place->outer = place->map;
+    place->outer_is_identity = place->is_identity;
+    place->is_identity = true;
     return true;
 }

@@ -301,6 +301,48 @@ static bool shape_clock(Eval *ev, const Object *object, const Place *place, cons
     return true;
 }
 
+enum { TIMES = 1u << IN_T | 1u << IN_FILM_T };
+
+static uint32_t map_inputs(Eval *ev, const RefMap *map) {
+    uint32_t inputs = 0;
+    for (int k = 0; map && k < 12; k++) {
+        inputs |= dag_inputs(ev->dag, map->m[k / 4][k % 4]);
+    }
+    return inputs;
+}
+
+// speed, offset and cycle (0: none) of a clock that is a line in the film's; false: it is not.
+static bool clock_pace(Eval *ev, const Place *place, Ref pace[3]) {
+    Dag *dag = ev->dag;
+    Ref bend, zero = dag_const(dag, 0);
+    bool is_opaque = false;
+    pace[0] = dag_diff(dag, place->unwound, IN_FILM_T, 1, &is_opaque);
+    pace[1] = dag_substitute(dag, place->unwound, IN_FILM_T, zero);
+    pace[2] = place->cycle == REF_NONE ? zero : place->cycle;
+    uint32_t inputs = dag_inputs(dag, pace[0]) | dag_inputs(dag, pace[2]);
+    return !is_opaque && !(inputs & TIMES) && dag_breaks(dag, &place->unwound, 1, &bend, 1) == 0;
+}
+
+// Where instances differ by where they stand and by the line that their clocks run along, what is
+// theirs and what is common are told apart.
+static void part_shape(Eval *ev, const Place *place, const Form *form, Shape *shape) {
+    Ref pace[3];
+    const uint32_t others = ~(1u << IN_T);
+    uint32_t own = form->is_mapped ? map_inputs(ev, &form->own) : 0;
+    if (place->clock == REF_NONE || (map_inputs(ev, &place->outer) & TIMES) ||
+        (map_inputs(ev, place->inner) & others) || own || !clock_pace(ev, place, pace)) {
+        return;
+    }
+    RefMap inner = place->inner ? *place->inner : form->own;
+    if (place->inner && form->is_mapped) {
+        inner = spatial_map_compose(ev->dag, place->inner, &form->own);
+    }
+    bool has_inner = place->inner || form->is_mapped;
+    shape->inner = has_inner ? lower_program(ev, &inner.m[0][0], 12) : NULL;
+    shape->outer = place->outer_is_identity ? NULL : lower_program(ev, &place->outer.m[0][0], 12);
+    shape->pace = lower_program(ev, pace, 3);
+}
+
 // The edges of solids are what they are; elsewhere `smooth` says which are sharp.
 static double shape_smooth(Eval *ev, const Place *place, const Form *form) {
     return form->faceted
@@ -341,6 +383,7 @@ static void emit_shape(Eval *ev, const Object *object, const Place *place, const
     }
     shape->is_catcher = inherited(ev, place->catcher, PROPERTY_OBJECT_CATCHER) != 0;
     shape->clock = clock;
+    part_shape(ev, place, form, shape);
     shape->breaks = shape_breaks(ev, form, is_moved && !clock ? &map : NULL);
     shape->tolerance = inherited(ev, place->tolerance, PROPERTY_INHERITED_TOLERANCE);
     shape->smooth = shape_smooth(ev, place, form);

@@ -32,8 +32,13 @@ typedef struct {
     bool is_outermost; // no node's block is around: film and its like stand here
     // Within an instance, what its own clock (IN_T) shows, by the film's (IN_FILM_T); REF_NONE: the
     // film's itself. What stands above is by IN_T where it was written within the instance, by
-    // IN_FILM_T where outside.
+    // IN_FILM_T where outside. The map is that within; `outer` leads from the instance to the
+    // world.
     Ref clock;
+    Ref unwound, cycle; // the clock before it starts again, and after how long; REF_NONE: never
+    bool outer_is_identity;
+    RefMap outer;
+    const RefMap *inner; // by the film's clock (place_at_clock): the map within as it was, by IN_T
 } Place;
 
 enum { OBJECT_MAX_GIVEN = 40 };
@@ -86,8 +91,8 @@ void eval_object(Eval *ev, const Env *env, const Place *place, NodeId statement)
 
 // What t shows at the place, by the film's clock.
 Ref place_clock(Eval *ev, const Place *place);
-// The same by the film's clock: a value, the place itself, and the properties of an object, but for
-// its functions.
+// The same by the film's clock: a value, the place itself (its map is then that to the world), and
+// the properties of an object, but for its functions.
 Value value_at_clock(Eval *ev, const Place *place, const Value *value);
 Place place_at_clock(Eval *ev, const Place *place);
 Object object_at_clock(Eval *ev, const Place *place, const Object *object);

@@ -308,13 +308,15 @@ static void list_nodes(void) {
             print_node(&nodes[i]);
         }
     }
-    puts(".Ss Not supported yet\n.Bl -tag -width Ds");
+    bool is_any = false;
     for (int i = 0; i < N_NODES; i++) {
         if (!is_ready(nodes[i].status)) {
+            fputs(is_any ? "" : ".Ss Not supported yet\n.Bl -tag -width Ds\n", stdout);
             print_later_node(&nodes[i]);
+            is_any = true;
         }
     }
-    puts(".El");
+    fputs(is_any ? ".El\n" : "", stdout);
 }
 
 // mdoc takes a comma for the end of a parameter, unless it is written by its number.

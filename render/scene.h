@@ -57,6 +57,11 @@ typedef struct {
     const Program *clock;     // 1 out, seconds: what vertex and track have for t; NULL: IN_T itself
     const Program *geometry;  // spheres and planes
     const Program *transform; // 12 out, rows of the map to the world; NULL: identity
+    // Where the transform is outer times inner, and all clocks of the instances run along lines:
+    const Program *pace;  // 3 out, by loops alone: speed, offset, cycle (0: none) of the clock, t =
+                          // speed * T + offset, from 0 again at the cycle; NULL: it is not parted
+    const Program *outer; // 12 out, by loops alone; NULL: identity
+    const Program *inner; // 12 out, by IN_T alone; NULL: identity
     const Program *visible;   // 1 out, != 0: there at that instant; NULL: always
     const Program *seen[RAY_KINDS]; // 1 out each, != 0: met by such rays; NULL: always
     bool is_catcher;                // not there but for the shadows on it; throws none
