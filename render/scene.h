@@ -62,7 +62,7 @@ typedef struct {
                           // speed * T + offset, from 0 again at the cycle; NULL: it is not parted
     const Program *outer; // 12 out, by loops alone; NULL: identity
     const Program *inner; // 12 out, by IN_T alone; NULL: identity
-    const Program *visible;   // 1 out, != 0: there at that instant; NULL: always
+    const Program *visible;         // 1 out, != 0: there at that instant; NULL: always
     const Program *seen[RAY_KINDS]; // 1 out each, != 0: met by such rays; NULL: always
     bool is_catcher;                // not there but for the shadows on it; throws none
 
