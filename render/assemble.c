@@ -99,7 +99,7 @@ static void prepare_views(Work *w, Sampler *s, const Shape *shape, uint32_t firs
 static void add_user(Work *w, Form *form, const Shape *shape, uint32_t first, uint32_t n) {
     form->users = arena_grow(w->arena, form->users, form->n_users, &form->users_capacity,
                              sizeof *form->users);
-    form->users[form->n_users++] = (FormUser){shape, first, n};
+    form->users[form->n_users++] = (FormUser){shape, first, n, NULL};
 }
 
 // The parts of a sampler that do not depend on the kind of shape. Instances [first, first + n)
@@ -388,6 +388,18 @@ static void add_instances(Work *w, const Shape *shape, uint32_t base) {
     }
 }
 
+static void add_set(Work *w, const Shape *shape, uint32_t base) {
+    Assembly *out = w->out;
+    Form *form = shared_form(w, shape);
+    InstanceSet set = instance_set_new(w->arena, shape, form, base, w->options->n_threads);
+    if (set.n > 0) {
+        out->sets =
+            arena_grow(w->arena, out->sets, out->n_sets, &out->sets_capacity, sizeof set);
+        out->sets[out->n_sets++] = set;
+        out->n_members += set.n;
+    }
+}
+
 // Whether rays meet some of its instances and not others.
 static bool differs_in_sight(const Shape *shape) {
     bool differs = false;
@@ -409,6 +421,8 @@ static void add_shape(Work *w, const Shape *shape, uint32_t base) {
                    (shape->n_instances > 1 && program_reads_time(shape->geometry)));
     if (is_set) {
         add_sphere_set(w, shape, base);
+    } else if (instance_set_suits(w->scene, shape) && !is_baked(w, shape)) {
+        add_set(w, shape, base);
     } else {
         add_instances(w, shape, base);
     }
@@ -469,6 +483,17 @@ static void add_baked(Work *w) {
     add_body(w, (Body){.object = w->baked[0].object, .form = form, .many = many});
 }
 
+// Now that the sets stay where they are.
+static void link_set(InstanceSet *set) {
+    for (size_t u = 0; u < set->form->n_users; u++) {
+        FormUser *user = &set->form->users[u];
+        if (user->shape == set->shape) {
+            user->set = set;
+            user->n = set->n;
+        }
+    }
+}
+
 Assembly assemble(Arena *arena, const Scene *scene, const RenderOptions *options,
                   const Reporter *reporter) {
     Assembly out = {0};
@@ -478,7 +503,9 @@ Assembly assemble(Arena *arena, const Scene *scene, const RenderOptions *options
     w.shared = ARENA_ARRAY(arena, w.shared_size, uint32_t);
     size_t n_bodies = 1; // what is baked
     for (uint32_t i = 0; i < scene->n_shapes; i++) {
-        n_bodies += scene->shapes[i].n_instances;
+        const Shape *shape = &scene->shapes[i];
+        bool is_set = instance_set_suits(scene, shape) && !is_baked(&w, shape);
+        n_bodies += is_set ? 0 : shape->n_instances;
     }
     out.bodies = ARENA_ARRAY(arena, n_bodies, Body);
     for (uint32_t i = 0; i < scene->n_shapes; i++) {
@@ -487,7 +514,26 @@ Assembly assemble(Arena *arena, const Scene *scene, const RenderOptions *options
     }
     add_all_standing(&w);
     add_baked(&w);
+    uint32_t first = out.n_bodies;
+    for (uint32_t i = 0; i < out.n_sets; i++) {
+        out.sets[i].first = first;
+        first += out.sets[i].n;
+        link_set(&out.sets[i]);
+    }
     return out;
+}
+
+const InstanceSet *assembly_set(const Assembly *parts, uint32_t body, uint32_t *member) {
+    uint32_t lo = 0, hi = parts->n_sets;
+    if (body < parts->n_bodies || body >= assembly_n_solid(parts)) {
+        return NULL;
+    }
+    while (hi - lo > 1) {
+        uint32_t mid = lo + (hi - lo) / 2;
+        *(parts->sets[mid].first <= body ? &lo : &hi) = mid;
+    }
+    *member = body - parts->sets[lo].first;
+    return &parts->sets[lo];
 }
 
 void assembly_destroy(Assembly *assembly) {

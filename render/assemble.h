@@ -3,15 +3,26 @@
 #ifndef RENDER_ASSEMBLE_H
 #define RENDER_ASSEMBLE_H
 
-#include "render/body.h"
+#include "render/instance_set.h"
 
+// Bodies are counted through: those with a record of their own, the members of the sets one after
+// the other, the planes.
 typedef struct {
     Form **forms;
     Body *bodies; // with a form
+    InstanceSet *sets;
     Body *planes;
-    uint32_t n_forms, n_bodies, n_planes, n_objects;
-    size_t forms_capacity, planes_capacity;
+    uint32_t n_forms, n_bodies, n_sets, n_members, n_planes, n_objects;
+    size_t forms_capacity, sets_capacity, planes_capacity;
 } Assembly;
+
+// Bodies that are no planes.
+static inline uint32_t assembly_n_solid(const Assembly *parts) {
+    return parts->n_bodies + parts->n_members;
+}
+
+// The set that a body is a member of; NULL: it is none. *member gets which.
+const InstanceSet *assembly_set(const Assembly *parts, uint32_t body, uint32_t *member);
 
 // Everything is allocated from the arena but what forms allocate themselves. Warnings about rest
 // poses are given here. options->tolerance and ->bake are read.

@@ -110,8 +110,11 @@ typedef struct {
     bool is_finite;
 } Corners;
 
+typedef bool MapAt(const void *context, double seconds, Affine *map);
+
 typedef struct {
-    const Body *body;
+    MapAt *map_at;
+    const void *context;
     Bounds box; // in the space of the points
     double fps;
     int64_t frame;
@@ -121,7 +124,7 @@ typedef struct {
 static Corners corners_at(const Sweep *s, double frac) {
     Affine map;
     Corners c;
-    c.is_finite = body_map(s->body, instant_seconds((Instant){s->frame, frac}, s->fps), &map);
+    c.is_finite = s->map_at(s->context, instant_seconds((Instant){s->frame, frac}, s->fps), &map);
     for (int k = 0; k < 8; k++) {
         c.p[k] = affine_point(&map, bounds_corner(s->box, k));
     }
@@ -216,16 +219,39 @@ static Bounds points_bounds(const Body *body, double fps, int64_t frame, double 
     return local.sum;
 }
 
-Bounds body_bounds(const Body *body, double fps, int64_t frame, double lo, double hi) {
-    Sweep s = {body, points_bounds(body, fps, frame, lo, hi), fps, frame, bounds_empty()};
-    if (body->many || bounds_are_empty(s.box)) {
-        return pad_rounding(s.box);
+static Bounds sweep_between(Sweep *s, double lo, double hi, bool moves) {
+    if (bounds_are_empty(s->box)) {
+        return s->box;
     }
-    Corners a = corners_at(&s, lo);
-    if (!program_reads_time(body->shape->transform)) {
+    Corners a = corners_at(s, lo);
+    if (!moves) {
         return pad_rounding(corners_bounds(&a));
     }
-    Corners b = corners_at(&s, hi);
-    sweep(&s, lo, hi, &a, &b, 0);
-    return pad_rounding(s.sum);
+    Corners b = corners_at(s, hi);
+    sweep(s, lo, hi, &a, &b, 0);
+    return pad_rounding(s->sum);
+}
+
+static bool map_of_body(const void *context, double seconds, Affine *map) {
+    return body_map(context, seconds, map);
+}
+
+Bounds body_bounds(const Body *body, double fps, int64_t frame, double lo, double hi) {
+    Bounds points = points_bounds(body, fps, frame, lo, hi);
+    if (body->many) {
+        return pad_rounding(points);
+    }
+    Sweep s = {map_of_body, body, points, fps, frame, bounds_empty()};
+    return sweep_between(&s, lo, hi, program_reads_time(body->shape->transform));
+}
+
+static bool map_of_program(const void *context, double seconds, Affine *map) {
+    double in[IN_COUNT] = {0};
+    in[IN_T] = seconds;
+    return affine_run(context, in, map);
+}
+
+Bounds map_bounds(const Program *map, Bounds box, double first, double last) {
+    Sweep s = {map_of_program, map, box, 1, 0, bounds_empty()};
+    return map ? sweep_between(&s, first, last, program_reads_time(map)) : box;
 }

@@ -83,4 +83,8 @@ bool shape_stands(const Shape *shape);
 // the motion between them.
 Bounds body_bounds(const Body *body, double fps, int64_t frame, double lo, double hi);
 
+// The same of a box under a map (12 outputs, by IN_T alone; NULL: the identity) between two of its
+// own seconds.
+Bounds map_bounds(const Program *map, Bounds box, double first, double last);
+
 #endif

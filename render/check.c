@@ -154,6 +154,9 @@ static void count_block(Check *check, const World *world) {
         last = body->form;
         last_shape = body->shape;
     }
+    for (uint32_t i = 0; i < parts->n_sets; i++) {
+        count_form(check, (uint32_t)(parts->sets[i].shape - scene->shapes), parts->sets[i].form);
+    }
     for (uint32_t s = 0; s < scene->n_shapes; s++) {
         uint32_t n = check->n_last_keys[s];
         check->motions[s].n_keys = n > 1 ? check->motions[s].n_keys + n : 1;

@@ -107,7 +107,7 @@ static double similarity(const Affine *a) {
 // False: it is not there.
 static bool place(WorldView *view, const Emitter *emitter, Placed *p) {
     p->body = &view->world->parts.bodies[emitter->body];
-    p->at = view_body(view, p->body);
+    p->at = view_body(view, emitter->body);
     if (!p->at->place->is_present || (p->at->unseen >> RAY_BOUNCE & 1)) {
         return false;
     }

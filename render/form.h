@@ -39,10 +39,13 @@ static inline Vec3 bounds_corner(Bounds b, int i) {
 // Bounds of a mover's points (with their radii) at one instant.
 Bounds mover_bounds(const Mover *mover, double seconds);
 
-// Instances [first, first + n) of a shape.
+typedef struct InstanceSet InstanceSet; // render/instance_set.h
+
+// Instances [first, first + n) of a shape, or the members of a set.
 typedef struct {
     const Shape *shape;
     uint32_t first, n;
+    const InstanceSet *set; // NULL: none
 } FormUser;
 
 typedef struct {

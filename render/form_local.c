@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Forms of instances with clocks: which cells of their own time are sampled, and how finely.
-#include "render/form.h"
+#include "render/instance_set.h"
 #include "render/local_time.h"
 
 #include <stdlib.h>
@@ -93,7 +93,13 @@ static void reach(void *context, double lo, double hi) {
 static void reach_all(Reach *r, const FormUser *user, const ShutterSpan *shutter) {
     for (uint64_t c = 0; c < shutter->n_cells; c++) {
         Opening open = shutter_opening(shutter, c);
+        double first = instant_seconds((Instant){open.frame, open.lo}, r->fps),
+               last = instant_seconds((Instant){open.frame, open.hi}, r->fps);
         for (uint32_t i = 0; i < user->n && !r->form->is_too_fast; i++) {
+            if (user->set) {
+                instance_times(user->set, i, first, last, reach, r);
+                continue;
+            }
             local_times(user->shape, shape_loops(user->shape, user->first + i), r->fps, open.frame,
                         open.lo, open.hi, reach, r);
         }
@@ -111,16 +117,26 @@ static double stretch(const Affine *map) {
     return sqrt(sum);
 }
 
+// Members of a set are looked at in the pose that they have in common at the film's seconds.
+static bool user_map(const FormUser *user, uint32_t k, double seconds, Affine *map) {
+    double in[IN_COUNT];
+    if (user->set) {
+        *map = instance_outer(user->set, k);
+        return true;
+    }
+    shape_inputs(user->shape, shape_loops(user->shape, user->first + k), seconds, in);
+    return affine_run(user->shape->transform, in, map);
+}
+
 // The nearest point of a ball around the form counts, but none nearer than a tenth of the distance.
-static double pixels_of(const Form *form, const FormUser *user, uint32_t instance,
+static double pixels_of(const Form *form, const FormUser *user, uint32_t k, const Affine *inner,
                         const Camera *camera, double seconds) {
     const Frame *frame = &form->sampler.frame;
-    double in[IN_COUNT];
     Affine map;
-    shape_inputs(user->shape, shape_loops(user->shape, instance), seconds, in);
-    if (!affine_run(user->shape->transform, in, &map)) {
+    if (!user_map(user, k, seconds, &map)) {
         return 0;
     }
+    map = user->set ? affine_mul(&map, inner) : map;
     double size = stretch(&map), reach = size / frame->scale;
     Vec3 at = affine_point(&map, vec3(frame->center[0], frame->center[1], frame->center[2]));
     Vec3 to = vec3_sub(camera->from, at);
@@ -143,8 +159,11 @@ static double pixels_of_all(const Form *form) {
             double along = (double)(scene->film.first_frame - 1) + n_frames * k / (n - 1);
             double seconds = along / scene->film.fps;
             Camera camera = camera_at(scene, seconds);
-            for (uint32_t i = 0; camera.is_valid && i < user->n; i++) {
-                most = fmax(most, pixels_of(form, user, user->first + i, &camera, seconds));
+            Affine inner = affine_identity();
+            double in[IN_COUNT] = {[IN_T] = seconds};
+            bool has_inner = user->set && affine_run(user->shape->inner, in, &inner);
+            for (uint32_t i = 0; camera.is_valid && (has_inner || !user->set) && i < user->n; i++) {
+                most = fmax(most, pixels_of(form, user, i, &inner, &camera, seconds));
             }
         }
     }

@@ -303,9 +303,9 @@ static void set_rest(const Body *body, const Local *l, const WorldHit *hit, Surf
 
 void world_surface(WorldView *view, Vec3 origin, Vec3 dir, const WorldHit *hit,
                    SurfacePoint *point) {
-    const Body *body = world_body(view->world, hit->body);
+    const BodyView *at = view_body(view, hit->body);
+    const Body *body = at->body;
     resolve(body, hit, point);
-    const BodyView *at = view_body(view, body);
     const Placement *place = at->place;
     Vec3 o = body->many ? origin : placement_point_back(place, origin);
     Vec3 d = body->many ? dir : affine_vector(&place->inverse, dir);
@@ -374,8 +374,8 @@ static void slope_triangle(const Form *form, const BodyView *at, const WorldHit 
 
 void world_surface_slope(WorldView *view, const WorldHit *hit, const SurfacePoint *point,
                          SurfaceSlope *slope) {
-    const Body *body = world_body(view->world, hit->body);
-    const BodyView *at = view_body(view, body);
+    const BodyView *at = view_body(view, hit->body);
+    const Body *body = at->body;
     Vec3 along[2];
     *slope = (SurfaceSlope){0};
     if (!body->form) {

@@ -84,21 +84,27 @@ static bool clip_open(const Opening *open, double *lo, double *hi) {
     return *lo <= *hi;
 }
 
+static Bounds bounds_of(const World *world, uint32_t id, int64_t frame, double lo, double hi) {
+    uint32_t member;
+    const InstanceSet *set = assembly_set(&world->parts, id, &member);
+    return set ? instance_bounds(set, member, world->fps, frame, lo, hi)
+               : body_bounds(&world->parts.bodies[id], world->fps, frame, lo, hi);
+}
+
 static void add_span(Top *top, uint32_t id, uint32_t cell, uint32_t tick0, uint32_t tick1) {
     const World *world = top->world;
     const TickAxis *axis = &world->ticks;
-    const Body *body = &world->parts.bodies[id];
     double lo = (double)tick0 / axis->per_cell, hi = (double)tick1 / axis->per_cell;
     int64_t frame = axis->cells[cell];
     if (!clip_open(&top->openings[cell], &lo, &hi)) {
         return;
     }
-    Bounds swept = body_bounds(body, world->fps, frame, lo, hi);
+    Bounds swept = bounds_of(world, id, frame, lo, hi);
     if (tick1 - tick0 > 1) {
         double still = 0;
         for (int k = 0; k < 3; k++) {
             double at = lo + (hi - lo) * (0.17 + 0.33 * k);
-            still += half_area(body_bounds(body, world->fps, frame, at, at)) / 3;
+            still += half_area(bounds_of(world, id, frame, at, at)) / 3;
         }
         if (half_area(swept) > SWEPT * still) {
             uint32_t mid = (tick0 + tick1) / 2;
@@ -110,16 +116,18 @@ static void add_span(Top *top, uint32_t id, uint32_t cell, uint32_t tick0, uint3
     add_segment(top, id, swept, cell * axis->per_cell + tick0, cell * axis->per_cell + tick1);
 }
 
-static bool body_changes(const Body *body) {
-    return body->moves || body->form->n_spans > 0;
+static bool changes(const World *world, uint32_t id) {
+    uint32_t member;
+    const InstanceSet *set = assembly_set(&world->parts, id, &member);
+    const Body *body = &world->parts.bodies[id];
+    return set ? set->moves : body->moves || body->form->n_spans > 0;
 }
 
 static void add_body(Top *top, uint32_t id) {
     const World *world = top->world;
-    const Body *body = &world->parts.bodies[id];
     const TickAxis *axis = &world->ticks;
-    if (!body_changes(body)) {
-        add_segment(top, id, body_bounds(body, world->fps, axis->cells[0], 0, 0), 0,
+    if (!changes(world, id)) {
+        add_segment(top, id, bounds_of(world, id, axis->cells[0], 0, 0), 0,
                     axis->n_cells * axis->per_cell);
         return;
     }
@@ -131,8 +139,8 @@ static void add_body(Top *top, uint32_t id) {
 static void lay_out_ticks(World *world, const Opening *openings, size_t n) {
     TickAxis *axis = &world->ticks;
     axis->per_cell = 1;
-    for (uint32_t i = 0; i < world->parts.n_bodies; i++) {
-        if (body_changes(&world->parts.bodies[i])) {
+    for (uint32_t i = 0; i < assembly_n_solid(&world->parts); i++) {
+        if (changes(world, i)) {
             axis->per_cell = TICKS_MOVING;
         }
     }
@@ -149,11 +157,11 @@ static void lay_out_ticks(World *world, const Opening *openings, size_t n) {
 void top_build(World *world, const RenderOptions *options, AccelStats *stats) {
     *stats = (AccelStats){0};
     lay_out_ticks(world, world->openings, world->n_openings);
-    if (world->parts.n_bodies <= FEW) {
+    if (assembly_n_solid(&world->parts) <= FEW) {
         return;
     }
     Top top = {.world = world, .openings = world->openings};
-    for (uint32_t i = 0; i < world->parts.n_bodies; i++) {
+    for (uint32_t i = 0; i < assembly_n_solid(&world->parts); i++) {
         add_body(&top, i);
     }
     AccelOptions accel = options->accel_options;

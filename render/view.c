@@ -15,7 +15,7 @@ WorldView *world_view_new(const World *world) {
     Arena arena = {0};
     WorldView *view = ARENA_NEW(&arena, WorldView);
     uint32_t n = 16;
-    while (n < MAX_SLOTS && n < world->parts.n_bodies + world->parts.n_planes) {
+    while (n < MAX_SLOTS && n < assembly_n_solid(&world->parts) + world->parts.n_planes) {
         n *= 2;
     }
     view->world = world;
@@ -61,28 +61,50 @@ static uint8_t unseen_by(const Body *body, double seconds) {
     return unseen;
 }
 
-const BodyView *view_body(WorldView *view, const Body *body) {
-    BodyView *slot = &view->slots[body->object & view->mask];
-    if (slot->stamp == view->stamp && slot->body == body) {
-        return slot;
+// Which body it is, where it stands, and the instant of its own time.
+static void look_up(WorldView *view, BodyView *slot, Instant *at) {
+    const Assembly *parts = &view->world->parts;
+    uint32_t member;
+    const InstanceSet *set = assembly_set(parts, slot->id, &member);
+    if (set) {
+        slot->made = instance_body(set, member);
+        slot->own = instance_place(set, member, view->seconds);
+        slot->body = &slot->made;
+        slot->place = &slot->own;
+        *at = set->form->users ? instant_of_seconds(instance_seconds(set, member, view->seconds),
+                                                    view->world->fps)
+                               : view->at;
+        return;
     }
-    slot->stamp = view->stamp;
-    slot->body = body;
-    slot->place = body->fixed;
-    if (!body->fixed) {
-        slot->own = body_place(body, view->seconds);
+    slot->body = slot->id < parts->n_bodies ? &parts->bodies[slot->id]
+                                            : &parts->planes[slot->id - assembly_n_solid(parts)];
+    slot->place = slot->body->fixed;
+    if (!slot->place) {
+        slot->own = body_place(slot->body, view->seconds);
         slot->place = &slot->own;
     }
+    *at = view->at;
+    if (slot->body->form && slot->body->form->users) {
+        double shown = shape_seconds(slot->body->shape, body_loops(slot->body), view->seconds);
+        *at = instant_of_seconds(shown, view->world->fps);
+    }
+}
+
+const BodyView *view_body(WorldView *view, uint32_t id) {
+    BodyView *slot = &view->slots[id & view->mask];
+    if (slot->stamp == view->stamp && slot->id == id) {
+        return slot;
+    }
+    Instant at;
+    slot->stamp = view->stamp;
+    slot->id = id;
+    look_up(view, slot, &at);
     slot->key = 0;
     slot->f = 0;
+    const Body *body = slot->body;
     slot->unseen =
         body->shape && shape_is_selective(body->shape) ? unseen_by(body, view->seconds) : 0;
     if (body->form) {
-        Instant at = view->at;
-        if (body->form->users) {
-            double shown = shape_seconds(body->shape, body_loops(body), view->seconds);
-            at = instant_of_seconds(shown, view->world->fps);
-        }
         form_time(body->form, at, &slot->key, &slot->f);
     }
     return slot;
@@ -99,9 +121,9 @@ typedef struct {
 } Query;
 
 // The ray in the frame of a body's form; false: the body is absent or the ray is nothing.
-static bool enter(const Query *q, const Body *body, double tmax, AccelRay *ray,
+static bool enter(const Query *q, const BodyView *at, double tmax, AccelRay *ray,
                   FrameDistance *distance) {
-    const BodyView *at = view_body(q->view, body);
+    const Body *body = at->body;
     if (!at->place->is_present || (at->unseen >> q->kind & 1)) {
         return false;
     }
@@ -149,11 +171,12 @@ static void keep(Query *q, WorldHit hit) {
 }
 
 static void ask(Query *q, uint32_t id, double tmax) {
-    const Body *body = &q->view->world->parts.bodies[id];
+    const BodyView *at = view_body(q->view, id);
+    const Body *body = at->body;
     AccelRay ray;
     FrameDistance distance;
     AccelHit hit;
-    if (!enter(q, body, tmax, &ray, &distance)) {
+    if (!enter(q, at, tmax, &ray, &distance)) {
         return;
     }
     const Accel *accel = builds_accel(q->view->world->builds, body->form, &ray);
@@ -197,8 +220,9 @@ bool plane_at(const Body *body, double seconds, Vec3 *normal, double *offset) {
 
 static void ask_plane(Query *q, uint32_t id, double tmax) {
     const Assembly *parts = &q->view->world->parts;
-    const Body *body = &parts->planes[id];
-    const BodyView *at = view_body(q->view, body);
+    uint32_t plane = assembly_n_solid(parts) + id;
+    const BodyView *at = view_body(q->view, plane);
+    const Body *body = at->body;
     Vec3 normal;
     double offset;
     q->view->count.prim_tests++;
@@ -210,7 +234,7 @@ static void ask_plane(Query *q, uint32_t id, double tmax) {
     Vec3 dir = affine_vector(&at->place->inverse, q->dir);
     double t = (offset - vec3_dot(origin, normal)) / vec3_dot(dir, normal);
     if (t > q->tmin && t <= tmax && isfinite(t)) {
-        keep(q, (WorldHit){.t = t, .object = body->object, .body = parts->n_bodies + id});
+        keep(q, (WorldHit){.t = t, .object = body->object, .body = plane});
     }
 }
 
@@ -222,7 +246,7 @@ static void trace_bodies(Query *q, double tmax) {
         boxtree_trace(world->top, o, d, q->tmin, tmax, q->view->tick, visit, q, &q->view->count);
         return;
     }
-    for (uint32_t i = 0; i < world->parts.n_bodies && !(q->any && q->is_hit); i++) {
+    for (uint32_t i = 0; i < assembly_n_solid(&world->parts) && !(q->any && q->is_hit); i++) {
         visit(q, i, tmax);
     }
 }
@@ -262,9 +286,4 @@ bool world_closest(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double t
 
 bool world_occluded(WorldView *view, Vec3 origin, Vec3 dir, double tmin, double tmax) {
     return world_occluded_of(view, RAY_ANY, origin, dir, tmin, tmax);
-}
-
-const Body *world_body(const World *world, uint32_t body) {
-    const Assembly *parts = &world->parts;
-    return body < parts->n_bodies ? &parts->bodies[body] : &parts->planes[body - parts->n_bodies];
 }

@@ -120,6 +120,16 @@ static void fix_bodies(World *world) {
     fix_all(&world->arena, world->parts.planes, world->parts.n_planes);
 }
 
+// Over what all shutters of the block see.
+static void find_phases(World *world) {
+    const Opening *open = world->openings, *last = open + world->n_openings - 1;
+    double from = instant_seconds((Instant){open->frame, open->lo}, world->fps),
+           to = instant_seconds((Instant){last->frame, last->hi}, world->fps);
+    for (uint32_t i = 0; i < world->parts.n_sets; i++) {
+        instance_phases(&world->arena, &world->parts.sets[i], world->fps, from, to);
+    }
+}
+
 World *world_build(const Scene *scene, const RenderOptions *options, const int64_t *frames,
                    uint32_t n_frames, const Reporter *reporter, uint32_t *n_taken,
                    RenderStats *stats) {
@@ -129,6 +139,7 @@ World *world_build(const Scene *scene, const RenderOptions *options, const int64
     if (!world) {
         return NULL;
     }
+    find_phases(world);
     stats->sample_seconds += clock_seconds() - start;
     fix_bodies(world);
     world->builds =
@@ -159,14 +170,29 @@ bool world_is_sound(const World *world, const Reporter *reporter) {
     return !why;
 }
 
-static Bounds placed_bounds(const Body *body, Bounds local, double seconds) {
-    Placement place = body_place(body, seconds);
+static Bounds placed_bounds(Placement place, Bounds local) {
     Bounds b = bounds_empty();
     if (!place.is_present || bounds_are_empty(local)) {
         return b;
     }
     for (int k = 0; k < 8; k++) {
         b = bounds_add(b, affine_point(&place.map, bounds_corner(local, k)));
+    }
+    return b;
+}
+
+// Of members with clocks, each as large as any of some is.
+static Bounds set_bounds_at(const InstanceSet *set, double seconds) {
+    enum { LOOKS = 16 };
+    const Mover *points = &set->form->sampler.all;
+    Bounds b = bounds_empty(), local = bounds_empty();
+    uint32_t n = !set->form->users ? 1 : set->n < LOOKS ? set->n : LOOKS;
+    for (uint32_t i = 0; i < n; i++) {
+        uint32_t k = (uint32_t)((uint64_t)i * set->n / n);
+        local = bounds_join(local, mover_bounds(points, instance_seconds(set, k, seconds)));
+    }
+    for (uint32_t k = 0; k < set->n; k++) {
+        b = bounds_join(b, placed_bounds(instance_place(set, k, seconds), local));
     }
     return b;
 }
@@ -187,7 +213,10 @@ bool world_bounds_at(const Scene *scene, Instant at, Vec3 *lo, Vec3 *hi) {
             double shown = shape_seconds(body->shape, body_loops(body), seconds);
             local = mover_bounds(&form->sampler.all, shown);
         }
-        b = bounds_join(b, placed_bounds(body, local, seconds));
+        b = bounds_join(b, placed_bounds(body_place(body, seconds), local));
+    }
+    for (uint32_t i = 0; i < world->parts.n_sets; i++) {
+        b = bounds_join(b, set_bounds_at(&world->parts.sets[i], seconds));
     }
     world_destroy(world);
     *lo = b.lo;

@@ -44,7 +44,9 @@ void top_build(World *world, const RenderOptions *options, AccelStats *stats);
 // What a view knows of a body at its instant.
 typedef struct {
     uint64_t stamp; // of the instant for which this was worked out; 0: never
-    const Body *body;
+    uint32_t id;
+    const Body *body; // the world's, or `made`
+    Body made;
     const Placement *place; // own, or the body's
     Placement own;
     uint32_t key;
@@ -64,7 +66,8 @@ struct WorldView {
     Arena arena;
 };
 
-const BodyView *view_body(WorldView *view, const Body *body);
+// id: as WorldHit.body.
+const BodyView *view_body(WorldView *view, uint32_t id);
 
 // The corners of a triangle, in the world, and a sphere's center and radius before the transform,
 // as rays meet them at the view's instant.
@@ -73,8 +76,5 @@ Vec3 surface_center(const Body *body, const BodyView *at, uint32_t prim, double 
 
 // A plane's unit normal and offset, in its own space.
 bool plane_at(const Body *body, double seconds, Vec3 *normal, double *offset);
-
-// Bodies are counted through, planes behind the others.
-const Body *world_body(const World *world, uint32_t body);
 
 #endif

@@ -52,6 +52,11 @@ static bool anything_moves(const Assembly *parts) {
             return true;
         }
     }
+    for (uint32_t i = 0; i < parts->n_sets; i++) {
+        if (parts->sets[i].moves) {
+            return true;
+        }
+    }
     for (uint32_t i = 0; i < parts->n_bodies; i++) {
         if (parts->bodies[i].moves) {
             return true;
