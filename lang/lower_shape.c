@@ -329,8 +329,9 @@ static void part_shape(Eval *ev, const Place *place, const Form *form, Shape *sh
     Ref pace[3];
     const uint32_t others = ~(1u << IN_T);
     uint32_t own = form->is_mapped ? map_inputs(ev, &form->own) : 0;
-    if (place->clock == REF_NONE || (map_inputs(ev, &place->outer) & TIMES) ||
-        (map_inputs(ev, place->inner) & others) || own || !clock_pace(ev, place, pace)) {
+    uint32_t outer = place->outer_is_identity ? 0 : map_inputs(ev, &place->outer);
+    if (place->clock == REF_NONE || (outer & TIMES) || (map_inputs(ev, place->inner) & others) ||
+        own || !clock_pace(ev, place, pace)) {
         return;
     }
     RefMap inner = place->inner ? *place->inner : form->own;

@@ -393,8 +393,7 @@ static void add_set(Work *w, const Shape *shape, uint32_t base) {
     Form *form = shared_form(w, shape);
     InstanceSet set = instance_set_new(w->arena, shape, form, base, w->options->n_threads);
     if (set.n > 0) {
-        out->sets =
-            arena_grow(w->arena, out->sets, out->n_sets, &out->sets_capacity, sizeof set);
+        out->sets = arena_grow(w->arena, out->sets, out->n_sets, &out->sets_capacity, sizeof set);
         out->sets[out->n_sets++] = set;
         out->n_members += set.n;
     }
@@ -514,10 +513,11 @@ Assembly assemble(Arena *arena, const Scene *scene, const RenderOptions *options
     }
     add_all_standing(&w);
     add_baked(&w);
-    uint32_t first = out.n_bodies;
-    for (uint32_t i = 0; i < out.n_sets; i++) {
+    for (uint32_t i = 0, first = out.n_bodies; i < out.n_sets; i++) {
         out.sets[i].first = first;
+        out.sets[i].first_group = out.n_bodies + out.n_groups;
         first += out.sets[i].n;
+        out.n_groups += set_n_groups(&out.sets[i]);
         link_set(&out.sets[i]);
     }
     return out;
@@ -540,4 +540,20 @@ void assembly_destroy(Assembly *assembly) {
     for (uint32_t i = 0; i < assembly->n_forms; i++) {
         form_destroy(assembly->forms[i]);
     }
+}
+
+const InstanceSet *assembly_group(const Assembly *parts, uint32_t thing, uint32_t *first,
+                                  uint32_t *last) {
+    uint32_t lo = 0, hi = parts->n_sets;
+    if (thing < parts->n_bodies) {
+        return NULL;
+    }
+    while (hi - lo > 1) {
+        uint32_t mid = lo + (hi - lo) / 2;
+        *(parts->sets[mid].first_group <= thing ? &lo : &hi) = mid;
+    }
+    const InstanceSet *set = &parts->sets[lo];
+    *first = (thing - set->first_group) * SET_GROUP;
+    *last = *first + SET_GROUP < set->n ? *first + SET_GROUP : set->n;
+    return set;
 }

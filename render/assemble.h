@@ -12,7 +12,7 @@ typedef struct {
     Body *bodies; // with a form
     InstanceSet *sets;
     Body *planes;
-    uint32_t n_forms, n_bodies, n_sets, n_members, n_planes, n_objects;
+    uint32_t n_forms, n_bodies, n_sets, n_members, n_groups, n_planes, n_objects;
     size_t forms_capacity, sets_capacity, planes_capacity;
 } Assembly;
 
@@ -23,6 +23,15 @@ static inline uint32_t assembly_n_solid(const Assembly *parts) {
 
 // The set that a body is a member of; NULL: it is none. *member gets which.
 const InstanceSet *assembly_set(const Assembly *parts, uint32_t body, uint32_t *member);
+
+// What the upper level sorts: bodies with a record of their own, then the groups of the sets.
+static inline uint32_t assembly_n_things(const Assembly *parts) {
+    return parts->n_bodies + parts->n_groups;
+}
+
+// The set of a thing that is a group, and its members [*first, *last); NULL: it is a body.
+const InstanceSet *assembly_group(const Assembly *parts, uint32_t thing, uint32_t *first,
+                                  uint32_t *last);
 
 // Everything is allocated from the arena but what forms allocate themselves. Warnings about rest
 // poses are given here. options->tolerance and ->bake are read.

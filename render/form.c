@@ -29,8 +29,8 @@ Bounds bounds_add(Bounds b, Vec3 p) {
 }
 
 Bounds bounds_join(Bounds a, Bounds b) {
-    return (Bounds){{fmin(a.lo.x, b.lo.x), fmin(a.lo.y, b.lo.y), fmin(a.lo.z, b.lo.z)},
-                    {fmax(a.hi.x, b.hi.x), fmax(a.hi.y, b.hi.y), fmax(a.hi.z, b.hi.z)}};
+    return (Bounds){{smaller(a.lo.x, b.lo.x), smaller(a.lo.y, b.lo.y), smaller(a.lo.z, b.lo.z)},
+                    {larger(a.hi.x, b.hi.x), larger(a.hi.y, b.hi.y), larger(a.hi.z, b.hi.z)}};
 }
 
 // So many points at once: they stay in the cache between the program and what becomes of them.

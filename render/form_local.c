@@ -128,7 +128,7 @@ static bool user_map(const FormUser *user, uint32_t k, double seconds, Affine *m
     return affine_run(user->shape->transform, in, map);
 }
 
-// The nearest point of a ball around the form counts, but none nearer than a tenth of the distance.
+// The nearest point of a ball around the form counts, but none nearer than a tenth of the way.
 static double pixels_of(const Form *form, const FormUser *user, uint32_t k, const Affine *inner,
                         const Camera *camera, double seconds) {
     const Frame *frame = &form->sampler.frame;

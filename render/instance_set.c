@@ -8,7 +8,7 @@
 #include <string.h>
 
 enum {
-    BATCH = 1024,     // instances whose programs run at once
+    BATCH = 1024,      // instances whose programs run at once
     LEAST_PHASES = 64, // of what moves
     MOST_PHASES = 4096,
     PHASES_PER_PERIOD = 4
@@ -18,9 +18,8 @@ enum {
 
 static bool may_glow(const Scene *scene, uint32_t material) {
     const Material *m = &scene->materials[material];
-    return m->kind == MATERIAL_GLOW ||
-           (m->kind == MATERIAL_MIX &&
-            (may_glow(scene, m->parts[0]) || may_glow(scene, m->parts[1])));
+    return m->kind == MATERIAL_GLOW || (m->kind == MATERIAL_MIX && (may_glow(scene, m->parts[0]) ||
+                                                                    may_glow(scene, m->parts[1])));
 }
 
 bool instance_set_suits(const Scene *scene, const Shape *shape) {
@@ -102,6 +101,81 @@ static bool record_of(const Batch *b, uint32_t i, InstanceRecord *record, double
     return sum == 0 && affine_det(&map) != 0 && has_time && is_seen;
 }
 
+// ---- Order
+
+// Bits of one coordinate, three apart.
+static uint32_t spread(uint32_t x) {
+    x = (x | x << 16) & 0x030000ff;
+    x = (x | x << 8) & 0x0300f00f;
+    x = (x | x << 4) & 0x030c30c3;
+    return (x | x << 2) & 0x09249249;
+}
+
+// Cells of a grid of 1024^3 over all places, numbered along a curve that stays near itself
+// (Morton).
+static void find_codes(const InstanceSet *set, uint32_t *codes) {
+    double lo[3], scale[3];
+    for (int a = 0; a < 3; a++) {
+        double hi = -INFINITY;
+        lo[a] = INFINITY;
+        for (uint32_t k = 0; k < set->n; k++) {
+            lo[a] = fmin(lo[a], set->records[k].at[a]);
+            hi = fmax(hi, set->records[k].at[a]);
+        }
+        scale[a] = 1023.999 / (hi - lo[a]);
+        scale[a] = isfinite(scale[a]) ? scale[a] : 0;
+    }
+    for (uint32_t k = 0; k < set->n; k++) {
+        const double *at = set->records[k].at;
+        codes[k] = 0;
+        for (int a = 0; a < 3; a++) {
+            codes[k] |= spread((uint32_t)((at[a] - lo[a]) * scale[a])) << a;
+        }
+    }
+}
+
+// Members by their codes, those of one cell in the order of the scene.
+static void put_in_order(InstanceSet *set, double *cycles) {
+    enum { DIGIT = 10, VALUES = 1 << DIGIT };
+    Arena scratch = {0};
+    uint32_t n = set->n, *codes = ARENA_ARRAY(&scratch, n, uint32_t);
+    uint32_t *order = ARENA_ARRAY(&scratch, n, uint32_t),
+             *next = ARENA_ARRAY(&scratch, n, uint32_t);
+    InstanceRecord *records = ARENA_ARRAY(&scratch, n, InstanceRecord);
+    double *own = ARENA_ARRAY(&scratch, cycles ? n : 0, double);
+    find_codes(set, codes);
+    for (uint32_t k = 0; k < n; k++) {
+        order[k] = k;
+    }
+    for (int digit = 0; digit < 3; digit++) {
+        uint32_t first[VALUES + 1] = {0}, *sorted = next;
+        for (uint32_t k = 0; k < n; k++) {
+            first[(codes[k] >> digit * DIGIT) % VALUES + 1]++;
+        }
+        for (uint32_t v = 0; v < VALUES; v++) {
+            first[v + 1] += first[v];
+        }
+        for (uint32_t k = 0; k < n; k++) {
+            sorted[first[(codes[order[k]] >> digit * DIGIT) % VALUES]++] = order[k];
+        }
+        next = order;
+        order = sorted;
+    }
+    for (uint32_t k = 0; k < n; k++) {
+        records[k] = set->records[order[k]];
+        if (cycles) {
+            own[k] = cycles[order[k]];
+        }
+    }
+    memcpy(set->records, records, n * sizeof *records);
+    if (cycles) {
+        memcpy(cycles, own, n * sizeof *own);
+    }
+    arena_free(&scratch);
+}
+
+// ---- Sets
+
 InstanceSet instance_set_new(Arena *arena, const Shape *shape, Form *form, uint32_t base,
                              uint32_t n_threads) {
     InstanceSet set = {.shape = shape, .form = form, .base = base};
@@ -136,6 +210,7 @@ InstanceSet instance_set_new(Arena *arena, const Shape *shape, Form *form, uint3
         }
         set.n += kept[k];
     }
+    put_in_order(&set, cycles);
     set.cycles = cycles;
     set.cycle = cycle;
     set.moves = form->users || program_reads_time(shape->inner);
@@ -330,4 +405,30 @@ Bounds instance_bounds(const InstanceSet *set, uint32_t k, double fps, int64_t f
                        instant_seconds((Instant){frame, hi}, fps), add_phases, &u);
     }
     return bounds_are_empty(u.sum) ? u.sum : box_at(&set->records[k], u.sum);
+}
+
+// Distances of hits may be wrong by so much of an object's size (accel/boxtree.c).
+static const double HIT_ERROR = 0x1p-16;
+
+static void store_box(Bounds b, float box[6]) {
+    const double lo[3] = {b.lo.x, b.lo.y, b.lo.z}, hi[3] = {b.hi.x, b.hi.y, b.hi.z};
+    double by = HIT_ERROR * fmax(hi[0] - lo[0], fmax(hi[1] - lo[1], hi[2] - lo[2]));
+    for (int a = 0; a < 3; a++) {
+        box[a] = nextafterf((float)(lo[a] - by), -INFINITY);
+        box[3 + a] = nextafterf((float)(hi[a] + by), INFINITY);
+    }
+}
+
+void instance_boxes(Arena *arena, InstanceSet *set, double fps, const Opening *openings, size_t n,
+                    uint32_t n_threads) {
+    set->boxes = (float(*)[6])arena_array(arena, set->n, sizeof *set->boxes);
+#pragma omp parallel for schedule(static) num_threads(n_threads)
+    for (uint32_t k = 0; k < set->n; k++) {
+        Bounds b = bounds_empty();
+        for (size_t i = 0; i < (set->moves ? n : 1); i++) {
+            const Opening *o = &openings[i];
+            b = bounds_join(b, instance_bounds(set, k, fps, o->frame, o->lo, o->hi));
+        }
+        store_box(b, set->boxes[k]);
+    }
 }

@@ -10,6 +10,7 @@
 
 #include "render/body.h"
 #include "render/scene.h"
+#include "render/timeline.h"
 
 typedef struct {
     double at[3];
@@ -34,15 +35,24 @@ struct InstanceSet {
     double cycle;            // seconds; 0: none
     uint32_t n, base;        // base: the object that the shape's first instance is
     uint32_t first;          // among all bodies, the first member
+    uint32_t first_group;    // among all things of the upper level
     bool moves;              // by clocks: otherwise records have none
     PhaseBoxes phases;
+    float (*boxes)[6]; // [n], lo and hi in the world while any shutter of the block is open
 };
 
-enum { SET_LEAST = 64 }; // fewer instances are bodies of their own
+enum {
+    SET_LEAST = 64, // fewer instances are bodies of their own
+    SET_GROUP = 8   // neighbours that the upper level knows as one thing
+};
+
+static inline uint32_t set_n_groups(const InstanceSet *set) {
+    return (set->n + SET_GROUP - 1) / SET_GROUP;
+}
 
 bool instance_set_suits(const Scene *scene, const Shape *shape);
 
-// All instances that are there; n 0: none is.
+// All instances that are there, neighbours in space beside each other; n 0: none is.
 InstanceSet instance_set_new(Arena *arena, const Shape *shape, Form *form, uint32_t base,
                              uint32_t n_threads);
 
@@ -56,6 +66,10 @@ Affine instance_outer(const InstanceSet *set, uint32_t k);
 
 // Once the form's keys are stored: over what all clocks show between two instants of the film.
 void instance_phases(Arena *arena, InstanceSet *set, double fps, double first, double last);
+
+// Then: set->boxes over all openings.
+void instance_boxes(Arena *arena, InstanceSet *set, double fps, const Opening *openings, size_t n,
+                    uint32_t n_threads);
 
 // Bounds in the world over part of a cell of the film.
 Bounds instance_bounds(const InstanceSet *set, uint32_t k, double fps, int64_t frame, double lo,

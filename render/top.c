@@ -85,10 +85,16 @@ static bool clip_open(const Opening *open, double *lo, double *hi) {
 }
 
 static Bounds bounds_of(const World *world, uint32_t id, int64_t frame, double lo, double hi) {
-    uint32_t member;
-    const InstanceSet *set = assembly_set(&world->parts, id, &member);
-    return set ? instance_bounds(set, member, world->fps, frame, lo, hi)
-               : body_bounds(&world->parts.bodies[id], world->fps, frame, lo, hi);
+    uint32_t first, last;
+    const InstanceSet *set = assembly_group(&world->parts, id, &first, &last);
+    if (!set) {
+        return body_bounds(&world->parts.bodies[id], world->fps, frame, lo, hi);
+    }
+    Bounds b = bounds_empty();
+    for (uint32_t k = first; k < last; k++) {
+        b = bounds_join(b, instance_bounds(set, k, world->fps, frame, lo, hi));
+    }
+    return b;
 }
 
 static void add_span(Top *top, uint32_t id, uint32_t cell, uint32_t tick0, uint32_t tick1) {
@@ -102,9 +108,10 @@ static void add_span(Top *top, uint32_t id, uint32_t cell, uint32_t tick0, uint3
     Bounds swept = bounds_of(world, id, frame, lo, hi);
     if (tick1 - tick0 > 1) {
         double still = 0;
-        for (int k = 0; k < 3; k++) {
-            double at = lo + (hi - lo) * (0.17 + 0.33 * k);
-            still += half_area(bounds_of(world, id, frame, at, at)) / 3;
+        int n = id < world->parts.n_bodies ? 3 : 1; // of a group members differ already
+        for (int k = 0; k < n; k++) {
+            double at = lo + (hi - lo) * (0.5 + 0.33 * (k - n / 2));
+            still += half_area(bounds_of(world, id, frame, at, at)) / n;
         }
         if (half_area(swept) > SWEPT * still) {
             uint32_t mid = (tick0 + tick1) / 2;
@@ -117,8 +124,8 @@ static void add_span(Top *top, uint32_t id, uint32_t cell, uint32_t tick0, uint3
 }
 
 static bool changes(const World *world, uint32_t id) {
-    uint32_t member;
-    const InstanceSet *set = assembly_set(&world->parts, id, &member);
+    uint32_t first, last;
+    const InstanceSet *set = assembly_group(&world->parts, id, &first, &last);
     const Body *body = &world->parts.bodies[id];
     return set ? set->moves : body->moves || body->form->n_spans > 0;
 }
@@ -139,7 +146,7 @@ static void add_body(Top *top, uint32_t id) {
 static void lay_out_ticks(World *world, const Opening *openings, size_t n) {
     TickAxis *axis = &world->ticks;
     axis->per_cell = 1;
-    for (uint32_t i = 0; i < assembly_n_solid(&world->parts); i++) {
+    for (uint32_t i = 0; i < assembly_n_things(&world->parts); i++) {
         if (changes(world, i)) {
             axis->per_cell = TICKS_MOVING;
         }
@@ -157,17 +164,36 @@ static void lay_out_ticks(World *world, const Opening *openings, size_t n) {
 void top_build(World *world, const RenderOptions *options, AccelStats *stats) {
     *stats = (AccelStats){0};
     lay_out_ticks(world, world->openings, world->n_openings);
-    if (assembly_n_solid(&world->parts) <= FEW) {
+    if (assembly_n_things(&world->parts) <= FEW) {
         return;
     }
-    Top top = {.world = world, .openings = world->openings};
-    for (uint32_t i = 0; i < assembly_n_solid(&world->parts); i++) {
-        add_body(&top, i);
+    // Chunks by any thread, joined in their order.
+    enum { CHUNK = 1024 };
+    uint32_t n_things = assembly_n_things(&world->parts), n_chunks = (n_things - 1) / CHUNK + 1;
+    Arena scratch = {0};
+    Top *tops = ARENA_ARRAY(&scratch, n_chunks, Top);
+#pragma omp parallel for schedule(dynamic) num_threads(options->n_threads)
+    for (uint32_t c = 0; c < n_chunks; c++) {
+        tops[c] = (Top){.world = world, .openings = world->openings};
+        for (uint32_t i = c * CHUNK; i < n_things && i < (c + 1) * CHUNK; i++) {
+            add_body(&tops[c], i);
+        }
+    }
+    size_t n = 0;
+    for (uint32_t c = 0; c < n_chunks; c++) {
+        n += tops[c].n;
+    }
+    BoxSegment *segments = ARENA_ARRAY(&scratch, n, BoxSegment);
+    n = 0;
+    for (uint32_t c = 0; c < n_chunks; c++) {
+        memcpy(segments + n, tops[c].segments, tops[c].n * sizeof *segments);
+        n += tops[c].n;
+        arena_free(&tops[c].arena);
     }
     AccelOptions accel = options->accel_options;
     accel.n_threads = options->n_threads;
     accel.memory = 0;
-    world->top = boxtree_build(top.segments, top.n, world->ticks.n_cells * world->ticks.per_cell,
-                               NULL, &accel, stats);
-    arena_free(&top.arena);
+    world->top = boxtree_build(segments, n, world->ticks.n_cells * world->ticks.per_cell, NULL,
+                               &accel, stats);
+    arena_free(&scratch);
 }

@@ -121,12 +121,14 @@ static void fix_bodies(World *world) {
 }
 
 // Over what all shutters of the block see.
-static void find_phases(World *world) {
+static void find_phases(World *world, uint32_t n_threads) {
     const Opening *open = world->openings, *last = open + world->n_openings - 1;
     double from = instant_seconds((Instant){open->frame, open->lo}, world->fps),
            to = instant_seconds((Instant){last->frame, last->hi}, world->fps);
     for (uint32_t i = 0; i < world->parts.n_sets; i++) {
-        instance_phases(&world->arena, &world->parts.sets[i], world->fps, from, to);
+        InstanceSet *set = &world->parts.sets[i];
+        instance_phases(&world->arena, set, world->fps, from, to);
+        instance_boxes(&world->arena, set, world->fps, open, world->n_openings, n_threads);
     }
 }
 
@@ -139,7 +141,7 @@ World *world_build(const Scene *scene, const RenderOptions *options, const int64
     if (!world) {
         return NULL;
     }
-    find_phases(world);
+    find_phases(world, options->n_threads);
     stats->sample_seconds += clock_seconds() - start;
     fix_bodies(world);
     world->builds =

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes from scripts.
+#include "tests/script_scene.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "lang/scene_load.h"
+#include "tests/suite.h"
+
+struct ScriptScene {
+    Arena arena;
+    Sources sources;
+    LoadedScene loaded;
+};
+
+ScriptScene *script_scene_new(const char *text) {
+    ScriptScene *scene = calloc(1, sizeof *scene);
+    scene->sources = (Sources){.end = 1, .arena = &scene->arena};
+    Diag *diag = diag_new(&scene->arena, &scene->sources, stderr, false, false);
+    LoadOptions load = {.max_steps = 1 << 20};
+    scene_load(&scene->arena, &scene->sources, diag, "test.st4", text, strlen(text), &load,
+               &scene->loaded);
+    assert_non_null(scene->loaded.scene);
+    return scene;
+}
+
+const Scene *script_scene(const ScriptScene *scene) {
+    return scene->loaded.scene;
+}
+
+void script_scene_free(ScriptScene *scene) {
+    scene_load_free(&scene->loaded);
+    arena_free(&scene->arena);
+    free(scene);
+}
