@@ -171,6 +171,14 @@ bench:
 run-bench: $(B)/bench-accel
 	$(B)/bench-accel $(if $(obj),--obj $(obj)) $(bench)
 
+# A million instances, each with a clock of its own, beside duplicated data and Embree's instances.
+.PHONY: bench-instances run-bench-instances
+bench-instances:
+	@$(MAKE) --no-print-directory deps MORE_PACKAGES="$(BENCH_PACKAGES)"
+	@$(MAKE) --no-print-directory run-bench-instances
+run-bench-instances: $(B)/bench-instances
+	$(B)/bench-instances $(if $(obj),--obj $(obj)) $(bench)
+
 # Deforming against a loop in C, loading against POV-Ray, where that is installed.
 .PHONY: bench-lang
 bench-lang: st4 $(B)/bench-lang
@@ -186,6 +194,8 @@ thesis: st4
 $(B)/bench-lang: $(B)/tests/bench/bench_lang.o $(B)/tests/bench/deform_scene.o $(LIBRARY)
 	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) $(LDLIBS)
 
+$(B)/bench-instances: $(B)/tests/bench/bench_instances.o $(B)/tests/script_scene.o $(LIBRARY)
+	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lembree3 $(LDLIBS)
 $(B)/bench-accel: $(B)/tests/bench/bench_accel.o $(B)/tests/bench/scenes.o $(LIBRARY)
 	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lembree3 $(LDLIBS)
 

@@ -79,6 +79,7 @@ typedef struct {
     uint32_t leaf_size; // a cell of at most so many primitives is not split; default 8
     uint32_t max_depth; // 0: 8 + 1.3 log2(segments) + 4, at most 60
     size_t memory;      // bytes that the structure may take, build included; 0: no bound
+    size_t kept;        // bytes that it may take once it is built; 0: as memory
     bool split_time;    // kd4-thesis only: false makes a 3D tree over the same segments
     uint32_t n_threads; // for the build; the result does not depend on it
 } AccelOptions;

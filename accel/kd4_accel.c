@@ -98,7 +98,8 @@ static Accel *build(const char *name, const Geometry *geometry, const AccelOptio
         return NULL;
     }
     *a = (struct Kd4Accel){{accel_find(name)}, geometry, trace_kernels()};
-    Budget budget = {options->memory, sizeof *a, sizeof *a};
+    size_t most = options->kept ? options->kept : options->memory;
+    Budget budget = {most, sizeof *a, sizeof *a};
     SegmentList list;
     double start = clock_seconds();
     bool ok = segment_within(geometry, options, &budget, &list);

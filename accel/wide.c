@@ -123,8 +123,8 @@ Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelSt
         wide_destroy(&wide->base);
         return NULL;
     }
-    size_t taken = stats->peak_bytes + wide->set->bytes + tree_bytes(wide);
-    if (options->memory && taken > options->memory) {
+    size_t kept = wide->set->bytes + tree_bytes(wide), taken = stats->peak_bytes + kept;
+    if ((options->memory && taken > options->memory) || (options->kept && kept > options->kept)) {
         wide_destroy(&wide->base);
         return kd4_accel_build(geometry, options, stats);
     }

@@ -27,7 +27,9 @@ struct Builds {
     char why[BUILDS_MESSAGE];
 };
 
-// Each structure's share of the memory is as the work in it.
+// Half of the memory is for structures once they are built, to each its share as is the work in it.
+// The other half is for building, which takes several times as much for a moment: an equal part for
+// each thread, so that which of them builds what has no say in what is built.
 static double weight_of(const Form *form) {
     return (double)form->n_prims * form->geometry.n_keys;
 }
@@ -39,7 +41,8 @@ static bool build(Builds *builds, Form *form, uint32_t n_threads) {
     options.n_threads = n_threads;
     if (options.memory == 0) {
         double share = builds->weight > 0 ? weight_of(form) / builds->weight : 1;
-        options.memory = (size_t)((double)builds->memory * share) + 4096;
+        options.kept = (size_t)((double)builds->memory / 2 * share) + 4096;
+        options.memory = options.kept + builds->memory / 2 / builds->options.n_threads;
     }
     bool is_built = form_build(form, builds->type, &options, builds->validate, why, sizeof why);
     if (!is_built && !atomic_exchange(&builds->has_failed, true)) {

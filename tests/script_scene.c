@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "lang/scene_load.h"
-#include "tests/suite.h"
 
 struct ScriptScene {
     Arena arena;
@@ -14,14 +13,17 @@ struct ScriptScene {
     LoadedScene loaded;
 };
 
-ScriptScene *script_scene_new(const char *text) {
+ScriptScene *script_scene_new(const char *text, const char *folder) {
     ScriptScene *scene = calloc(1, sizeof *scene);
     scene->sources = (Sources){.end = 1, .arena = &scene->arena};
     Diag *diag = diag_new(&scene->arena, &scene->sources, stderr, false, false);
-    LoadOptions load = {.max_steps = 1 << 20};
+    LoadOptions load = {
+        .max_steps = 1 << 20, .include_dirs = &folder, .n_include_dirs = folder ? 1 : 0};
     scene_load(&scene->arena, &scene->sources, diag, "test.st4", text, strlen(text), &load,
                &scene->loaded);
-    assert_non_null(scene->loaded.scene);
+    if (!scene->loaded.scene) {
+        abort();
+    }
     return scene;
 }
 

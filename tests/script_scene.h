@@ -7,8 +7,9 @@
 
 typedef struct ScriptScene ScriptScene;
 
-// The script must load without an error.
-ScriptScene *script_scene_new(const char *text);
+// The script must load without an error. folder: where else its files are looked for; NULL:
+// nowhere.
+ScriptScene *script_scene_new(const char *text, const char *folder);
 const Scene *script_scene(const ScriptScene *scene);
 void script_scene_free(ScriptScene *scene);
 

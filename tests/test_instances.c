@@ -22,7 +22,7 @@ typedef struct {
 
 static Made *make(const char *text, int64_t n_frames) {
     Made *made = calloc(1, sizeof *made);
-    made->script = script_scene_new(text);
+    made->script = script_scene_new(text, NULL);
     int64_t frames[64];
     for (int64_t i = 0; i < n_frames; i++) {
         frames[i] = i + 1;
