@@ -103,74 +103,101 @@ static bool record_of(const Batch *b, uint32_t i, InstanceRecord *record, double
 
 // ---- Order
 
-// Bits of one coordinate, three apart.
-static uint32_t spread(uint32_t x) {
-    x = (x | x << 16) & 0x030000ff;
-    x = (x | x << 8) & 0x0300f00f;
-    x = (x | x << 4) & 0x030c30c3;
-    return (x | x << 2) & 0x09249249;
+// A member's place, and which it was before.
+typedef struct {
+    float at[3];
+    uint32_t k;
+} Place;
+
+static bool is_before(const Place *a, const Place *b, int axis) {
+    return a->at[axis] < b->at[axis] || (a->at[axis] == b->at[axis] && a->k < b->k);
 }
 
-// Cells of a grid of 1024^3 over all places, numbered along a curve that stays near itself
-// (Morton).
-static void find_codes(const InstanceSet *set, uint32_t *codes) {
-    double lo[3], scale[3];
-    for (int a = 0; a < 3; a++) {
-        double hi = -INFINITY;
-        lo[a] = INFINITY;
-        for (uint32_t k = 0; k < set->n; k++) {
-            lo[a] = fmin(lo[a], set->records[k].at[a]);
-            hi = fmax(hi, set->records[k].at[a]);
+static void swap(Place *a, Place *b) {
+    Place moved = *a;
+    *a = *b;
+    *b = moved;
+}
+
+// The `first` least along an axis come first (Hoare's selection, pivots by a fixed sequence).
+static void select_first(Place *p, uint32_t n, uint32_t first, int axis) {
+    uint32_t state = n;
+    while (n > 1) {
+        state = state * 747796405u + 2891336453u;
+        Place pivot = p[(uint64_t)state * n >> 32];
+        uint32_t i = 0, j = n - 1;
+        for (;;) {
+            while (is_before(&p[i], &pivot, axis)) {
+                i++;
+            }
+            while (is_before(&pivot, &p[j], axis)) {
+                j--;
+            }
+            if (i >= j) {
+                break;
+            }
+            swap(&p[i++], &p[j--]);
         }
-        scale[a] = 1023.999 / (hi - lo[a]);
-        scale[a] = isfinite(scale[a]) ? scale[a] : 0;
-    }
-    for (uint32_t k = 0; k < set->n; k++) {
-        const double *at = set->records[k].at;
-        codes[k] = 0;
-        for (int a = 0; a < 3; a++) {
-            codes[k] |= spread((uint32_t)((at[a] - lo[a]) * scale[a])) << a;
+        uint32_t left = j + 1; // [0, left) are not after the pivot, the rest not before it
+        left = left == n ? n - 1 : left; // the pivot was the last of all, and is now at the end
+        if (first == left) {
+            return;
+        }
+        if (first < left) {
+            n = left;
+        } else {
+            p += left;
+            n -= left;
+            first -= left;
         }
     }
 }
 
-// Members by their codes, those of one cell in the order of the scene.
-static void put_in_order(InstanceSet *set, double *cycles) {
-    enum { DIGIT = 10, VALUES = 1 << DIGIT };
+// Halves again and again along the axis on which they reach furthest, until they are groups.
+static void halve(Place *p, uint32_t n) {
+    enum { APART = 1 << 14 }; // so many are worth a thread
+    while (n > SET_GROUP) {
+        float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+        for (uint32_t i = 0; i < n; i++) {
+            for (int a = 0; a < 3; a++) {
+                lo[a] = p[i].at[a] < lo[a] ? p[i].at[a] : lo[a];
+                hi[a] = p[i].at[a] > hi[a] ? p[i].at[a] : hi[a];
+            }
+        }
+        int axis = 0;
+        for (int a = 1; a < 3; a++) {
+            axis = hi[a] - lo[a] > hi[axis] - lo[axis] ? a : axis;
+        }
+        uint32_t n_groups = (n + SET_GROUP - 1) / SET_GROUP, left = n_groups / 2 * SET_GROUP;
+        select_first(p, n, left, axis);
+#pragma omp task firstprivate(p, left) if (left > APART)
+        halve(p, left);
+        p += left;
+        n -= left;
+    }
+}
+
+static void put_in_order(InstanceSet *set, double *cycles, uint32_t n_threads) {
     Arena scratch = {0};
-    uint32_t n = set->n, *codes = ARENA_ARRAY(&scratch, n, uint32_t);
-    uint32_t *order = ARENA_ARRAY(&scratch, n, uint32_t),
-             *next = ARENA_ARRAY(&scratch, n, uint32_t);
+    uint32_t n = set->n;
+    Place *places = ARENA_ARRAY(&scratch, n, Place);
     InstanceRecord *records = ARENA_ARRAY(&scratch, n, InstanceRecord);
-    double *own = ARENA_ARRAY(&scratch, cycles ? n : 0, double);
-    find_codes(set, codes);
+    double *own = ARENA_ARRAY(&scratch, n, double);
     for (uint32_t k = 0; k < n; k++) {
-        order[k] = k;
+        for (int a = 0; a < 3; a++) {
+            places[k].at[a] = (float)set->records[k].at[a];
+        }
+        places[k].k = k;
     }
-    for (int digit = 0; digit < 3; digit++) {
-        uint32_t first[VALUES + 1] = {0}, *sorted = next;
-        for (uint32_t k = 0; k < n; k++) {
-            first[(codes[k] >> digit * DIGIT) % VALUES + 1]++;
-        }
-        for (uint32_t v = 0; v < VALUES; v++) {
-            first[v + 1] += first[v];
-        }
-        for (uint32_t k = 0; k < n; k++) {
-            sorted[first[(codes[order[k]] >> digit * DIGIT) % VALUES]++] = order[k];
-        }
-        next = order;
-        order = sorted;
-    }
+#pragma omp parallel num_threads(n_threads)
+#pragma omp single
+    halve(places, n);
     for (uint32_t k = 0; k < n; k++) {
-        records[k] = set->records[order[k]];
-        if (cycles) {
-            own[k] = cycles[order[k]];
-        }
+        records[k] = set->records[places[k].k];
+        own[k] = cycles[places[k].k];
     }
     memcpy(set->records, records, n * sizeof *records);
-    if (cycles) {
-        memcpy(cycles, own, n * sizeof *own);
-    }
+    memcpy(cycles, own, n * sizeof *own);
     arena_free(&scratch);
 }
 
@@ -180,10 +207,10 @@ InstanceSet instance_set_new(Arena *arena, const Shape *shape, Form *form, uint3
                              uint32_t n_threads) {
     InstanceSet set = {.shape = shape, .form = form, .base = base};
     uint32_t n = shape->n_instances, n_batches = (n + BATCH - 1) / BATCH;
-    bool varies = program_reads_loops(shape->pace); // the cycle does, if anything
+    Arena scratch = {0};
     set.records = ARENA_ARRAY(arena, n, InstanceRecord);
-    double *cycles = varies ? ARENA_ARRAY(arena, n, double) : NULL, cycle = 0;
-    uint32_t *kept = ARENA_ARRAY(arena, n_batches, uint32_t);
+    double *cycles = ARENA_ARRAY(&scratch, n, double);
+    uint32_t *kept = ARENA_ARRAY(&scratch, n_batches, uint32_t);
 #pragma omp parallel for schedule(static) num_threads(n_threads)
     for (uint32_t k = 0; k < n_batches; k++) {
         Batch *b = malloc(sizeof *b);
@@ -192,10 +219,8 @@ InstanceSet instance_set_new(Arena *arena, const Shape *shape, Form *form, uint3
         run_batch(shape, first, count, b);
         for (uint32_t i = 0; i < count; i++) {
             InstanceRecord *record = &set.records[first + kept[k]];
-            double own;
-            if (record_of(b, i, record, &own)) {
+            if (record_of(b, i, record, &cycles[first + kept[k]])) {
                 record->instance = first + i;
-                *(cycles ? &cycles[first + kept[k]] : &cycle) = own;
                 kept[k]++;
             }
         }
@@ -204,15 +229,20 @@ InstanceSet instance_set_new(Arena *arena, const Shape *shape, Form *form, uint3
     for (uint32_t k = 0; k < n_batches; k++) { // the gaps of those that are nowhere
         if (set.n != k * BATCH) {
             memmove(set.records + set.n, set.records + k * BATCH, kept[k] * sizeof *set.records);
-            if (cycles) {
-                memmove(cycles + set.n, cycles + k * BATCH, kept[k] * sizeof *cycles);
-            }
+            memmove(cycles + set.n, cycles + k * BATCH, kept[k] * sizeof *cycles);
         }
         set.n += kept[k];
     }
-    put_in_order(&set, cycles);
-    set.cycles = cycles;
-    set.cycle = cycle;
+    put_in_order(&set, cycles, n_threads);
+    set.cycle = set.n > 0 ? cycles[0] : 0;
+    for (uint32_t k = 0; k < set.n && !set.cycles; k++) {
+        if (cycles[k] != set.cycle) {
+            double *own = ARENA_ARRAY(arena, set.n, double);
+            memcpy(own, cycles, set.n * sizeof *own);
+            set.cycles = own;
+        }
+    }
+    arena_free(&scratch);
     set.moves = form->users || program_reads_time(shape->inner);
     return set;
 }

@@ -43,7 +43,7 @@ struct InstanceSet {
 
 enum {
     SET_LEAST = 64, // fewer instances are bodies of their own
-    SET_GROUP = 8   // neighbours that the upper level knows as one thing
+    SET_GROUP = 16  // neighbours that the upper level knows as one thing
 };
 
 static inline uint32_t set_n_groups(const InstanceSet *set) {

@@ -24,6 +24,7 @@ ScriptScene *script_scene_new(const char *text, const char *folder) {
     if (!scene->loaded.scene) {
         abort();
     }
+    scene_load_free(&scene->loaded); // the scene stays
     return scene;
 }
 
@@ -32,7 +33,6 @@ const Scene *script_scene(const ScriptScene *scene) {
 }
 
 void script_scene_free(ScriptScene *scene) {
-    scene_load_free(&scene->loaded);
     arena_free(&scene->arena);
     free(scene);
 }
