@@ -6,6 +6,7 @@
 # make test-stability   rays and geometry that break things; STRESS=1 scale=0.1 filter=closed_*
 # make bench      structures against Embree         make bench-lang  language against C, POV-Ray
 # make thesis     the tables of the thesis that it all began with
+# make gallery    all examples in one picture
 # config=release|debug|asan|ubsan selects flags and the folder build/$(config).
 
 config ?= release
@@ -19,6 +20,7 @@ PACKAGES := gcc g++ make pkg-config libopenexr-dev libopenimageio-dev libsleef-d
             libclang-rt-dev
 # For the benchmarks alone.
 BENCH_PACKAGES := libembree-dev
+GALLERY_PACKAGES := openimageio-tools fonts-dejavu-core
 
 CFLAGS_release := -O2 -g
 CFLAGS_debug := -O0 -g
@@ -135,7 +137,8 @@ test-stability: $(B)/st4-stability
 FUZZED := $(filter-out $(MAIN) lang/command% lang/session.c lang/options.c lang/help.c \
             lang/frame_list.c lang/sim_cache.c,$(wildcard lang/*.c)) $(wildcard render/program*.c) \
           $(filter-out %/mesh_child.c %/mesh_assimp.c,$(wildcard render/mesh*.c)) \
-          render/point_cache.c render/shutter.c render/texture.c render/plugin.c accel/arena_array.c
+          render/point_cache.c render/shutter.c render/sim_course.c render/texture.c \
+          render/plugin.c accel/arena_array.c
 FUZZER := $(wildcard tests/fuzz/*.c)
 FUZZ_OBJECTS := $(FUZZED:%.c=$(FUZZ)/%.o) $(FUZZER:%.c=$(FUZZ)/%.o)
 FUZZ_SANITIZERS := address,undefined,float-cast-overflow
@@ -183,6 +186,12 @@ run-bench-instances: $(B)/bench-instances
 .PHONY: bench-lang
 bench-lang: st4 $(B)/bench-lang
 	@ST4=$(B)/st4 BENCH=$(B)/bench-lang tests/bench/bench_lang.sh
+
+# Every example at its full size: out/gallery.png; spp=N samples a pixel.
+.PHONY: gallery
+gallery: st4
+	@$(MAKE) --no-print-directory deps MORE_PACKAGES="$(GALLERY_PACKAGES)"
+	@ST4=$(B)/st4 spp=$(spp) man/gallery
 
 # The thesis' tables (section 7) on this machine: tests/bench/bench_thesis.sh names its variables;
 # obj=FILE takes the place of the dense mesh.

@@ -10,6 +10,8 @@
 #include "render/image.h"
 #include "render/shutter.h"
 
+enum { INSTANTS = 256 }; // of the film, at which lights that change are looked at
+
 typedef struct {
     uint64_t n_objects, n_triangles, n_vertices, n_spheres, n_planes;
     uint32_t n_deforming, n_moving, n_breaks;
@@ -32,6 +34,20 @@ static Counts count(const Scene *scene) {
     return counts;
 }
 
+// At some instant of the film, lit or not.
+static bool light_has_size(const Scene *scene, const Light *light) {
+    double frames = (double)(scene->film.last_frame - scene->film.first_frame + 1);
+    bool has_size = light->kind == LIGHT_AREA, is_still = program_is_constant(light->program);
+    for (int i = 0; i < (is_still ? 1 : INSTANTS) && !has_size; i++) {
+        double frame = (double)(scene->film.first_frame - 1) + frames * i / INSTANTS;
+        double seconds = frame / scene->film.fps, out[16] = {0};
+        const double in[IN_COUNT] = {[IN_T] = seconds, [IN_FILM_T] = seconds};
+        program_run1(light->program, in, out);
+        has_size = out[7] > 0;
+    }
+    return has_size;
+}
+
 static bool lights_have_size(const Scene *scene) {
     for (uint32_t i = 0; i < scene->n_materials; i++) {
         if (scene->materials[i].kind == MATERIAL_GLOW) {
@@ -40,16 +56,8 @@ static bool lights_have_size(const Scene *scene) {
     }
     for (uint32_t i = 0; i < scene->n_lights; i++) {
         const Light *light = &scene->lights[i];
-        double out[16] = {0};
-        if (light->image && light->image->rows) {
-            return true;
-        }
-        if (light->kind == LIGHT_SKY || !program_is_constant(light->program)) {
-            continue;
-        }
-        const double in[IN_COUNT] = {0};
-        program_run1(light->program, in, out);
-        if (out[7] > 0 || light->kind == LIGHT_AREA) {
+        if (light->kind == LIGHT_SKY ? light->image && light->image->rows
+                                     : light_has_size(scene, light)) {
             return true;
         }
     }
@@ -81,7 +89,7 @@ static void print_left_out(const Scene *scene, const Counts *counts) {
         puts("  blur          the shutter is open for an instant");
     }
     if (!lights_have_size(scene)) {
-        puts("  light samples nothing glows, no light of constant size but the sky has an extent");
+        puts("  light samples nothing glows, no light but the sky has an extent");
     }
     if (!has_lens(&scene->camera)) {
         puts("  lens samples  the camera is a pinhole");

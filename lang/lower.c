@@ -224,6 +224,20 @@ static const Program *lower_normal(Eval *ev, const Ref *rgb) {
     return rgb[0] == half && rgb[1] == half && rgb[2] == one ? NULL : lower_program(ev, rgb, 3);
 }
 
+// Colors that are known; those that change are looked at in render/survey.c.
+static void warn_of_albedo(Eval *ev, const MaterialValue *material, SourceRef where) {
+    const Ref *color = material->ref + MATERIAL_OWN;
+    bool is_above = false;
+    double x;
+    for (int k = 0; k < 3 && material_reflects(material->kind); k++) {
+        is_above |= dag_is_const(ev->dag, color[k], &x) && x > 1;
+    }
+    if (is_above) {
+        diag_warn(ev->diag, WARN_ALBEDO_ABOVE_ONE, scene_span(where), NULL,
+                  "this color is above 1: the surface sends back more light than falls on it");
+    }
+}
+
 static uint32_t intern_material(Eval *ev, const MaterialValue *material, SourceRef where,
                                 const char *label);
 
@@ -233,6 +247,7 @@ static Material make_material(Eval *ev, const MaterialValue *material, SourceRef
     for (int k = 0; k < 2 && material->kind == MATERIAL_MIX; k++) {
         made.parts[k] = intern_material(ev, material->parts[k], where, label);
     }
+    warn_of_albedo(ev, material, where);
     made.program = lower_outputs(ev, material);
     made.opacity = lower_unless(ev, material->ref[MATERIAL_OPACITY], 1);
     made.height = lower_unless(ev, material->ref[MATERIAL_BUMP], 0);

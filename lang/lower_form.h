@@ -43,4 +43,7 @@ uint32_t lower_mesh_vertex(Mesh *mesh, const double p[3], const double normal[3]
                            double v);
 void lower_mesh_triangle(Mesh *mesh, uint32_t a, uint32_t b, uint32_t c);
 
+// Warns of an object without a surface; false.
+bool lower_nothing_seen(Eval *ev, const Object *object);
+
 #endif

@@ -143,26 +143,40 @@ void lower_camera(Eval *ev, const Object *object, const Place *place) {
     }
 }
 
+static bool is_zero(Eval *ev, Ref3 v) {
+    double x[3];
+    return dag_is_const(ev->dag, v.x, &x[0]) && dag_is_const(ev->dag, v.y, &x[1]) &&
+           dag_is_const(ev->dag, v.z, &x[2]) && x[0] == 0 && x[1] == 0 && x[2] == 0;
+}
+
+// Of what is known; see render/survey.h for the rest. refs: power and color are 3 to 6.
+static void warn_of_darkness(Eval *ev, LightKind kind, const Object *object, const Place *place,
+                             const Ref *refs) {
+    double x;
+    const char *why = NULL;
+    if (dag_is_const(ev->dag, place->visible, &x) && x == 0) {
+        why = "is never visible";
+    } else if (kind != LIGHT_SKY && dag_is_const(ev->dag, refs[3], &x) && x == 0) {
+        why = "gives no light: its power is 0";
+    } else if (kind != LIGHT_SKY && is_zero(ev, ref3(refs[4], refs[5], refs[6]))) {
+        why = "gives no light: its color is black";
+    }
+    if (why) {
+        diag_warn(ev->diag, WARN_LIGHT_NEVER_VISIBLE, object->where, NULL, "this %s %s",
+                  object->name, why);
+    }
+}
+
 static void add_light(Eval *ev, LightKind kind, const Object *object, const Place *place,
                       const Ref *refs, uint32_t n) {
     Lowering *l = ev->lowering;
-    double always;
     l->lights =
         arena_grow(l->arena, l->lights, l->n_lights, &l->lights_capacity, sizeof *l->lights);
     l->lights[l->n_lights++] = (Light){.kind = kind,
                                        .program = lower_program(ev, refs, n),
                                        .visible = lower_visible(ev, place),
                                        .where = scene_source_ref(object->where)};
-    if (dag_is_const(ev->dag, place->visible, &always) && always == 0) {
-        diag_warn(ev->diag, WARN_LIGHT_NEVER_VISIBLE, object->where, NULL,
-                  "this %s is never visible", object->name);
-    }
-}
-
-static bool is_zero(Eval *ev, Ref3 v) {
-    double x[3];
-    return dag_is_const(ev->dag, v.x, &x[0]) && dag_is_const(ev->dag, v.y, &x[1]) &&
-           dag_is_const(ev->dag, v.z, &x[2]) && x[0] == 0 && x[1] == 0 && x[2] == 0;
+    warn_of_darkness(ev, kind, object, place, refs);
 }
 
 void lower_sun(Eval *ev, const Object *object, const Place *place) {

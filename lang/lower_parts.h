@@ -125,7 +125,7 @@ Shape *lower_new_shape(Eval *ev);
 // lang/lower_settings.c
 void lower_film(Eval *ev, const Object *object);
 void lower_shutter(Eval *ev, const Object *object);
-void lower_delays(Eval *ev); // of all pixels, once the film's size is certain
+void lower_delays(Eval *ev); // of all pixels, once the film's size is certain; and how long it is
 void lower_render(Eval *ev, const Object *object);
 
 // lang/lower_light.c

@@ -58,6 +58,10 @@ static bool read_points(Eval *ev, const Object *object, Points *points) {
         !check_items(ev, at, "at")) {
         return false;
     }
+    double radius;
+    if (dag_is_const(ev->dag, points->radius, &radius) && radius == 0) {
+        return lower_nothing_seen(ev, object);
+    }
     points->at = at->value.list->items;
     points->at_list = at->value.list;
     points->n = at->value.list->n;

@@ -293,10 +293,19 @@ static void lower_delay(Eval *ev, const Object *object, ShutterSettings *shutter
     }
 }
 
+// Frames are counted in whole numbers; beyond this not even doubles tell them apart.
+static bool is_too_long(const ShutterSettings *shutter) {
+    return !(shutter->length <= SHUTTER_MOST_DELAY && fabs(shutter->open) <= SHUTTER_MOST_DELAY &&
+             fabs(shutter->readout) <= SHUTTER_MOST_DELAY);
+}
+
 void lower_delays(Eval *ev) {
     const FilmSettings *film = &ev->lowering->scene->film;
     uint32_t x = 0, y = 0;
-    if (!shutter_find_delays(&ev->lowering->scene->shutter, film, &x, &y)) {
+    if (is_too_long(&ev->lowering->scene->shutter)) {
+        eval_error_at(ev, ev->lowering->shutter.where, "length = 10ms is a time, 10f ten frames",
+                      "the shutter opens, closes or is read out more than 1e15 frames away");
+    } else if (!shutter_find_delays(&ev->lowering->scene->shutter, film, &x, &y)) {
         eval_error_at(ev, ev->lowering->delay, NULL,
                       "delay is not finite, or more than 1e15 frames, at u = %.6g, v = %.6g",
                       (x + 0.5) / film->width, (y + 0.5) / film->height);

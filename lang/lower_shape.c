@@ -5,6 +5,12 @@
 #include <math.h>
 #include <string.h>
 
+bool lower_nothing_seen(Eval *ev, const Object *object) {
+    diag_warn(ev->diag, WARN_DEGENERATE, object->where, NULL,
+              "%s has no surface: nothing of it is seen", object->name);
+    return false;
+}
+
 // ---- Boxes and quads
 
 Mesh *lower_mesh_new(Eval *ev, uint32_t n_vertices, uint32_t n_triangles, bool has_normals) {
@@ -117,6 +123,10 @@ static bool sphere_form(Eval *ev, const Object *object, Form *form) {
     if (!lower_vec3(ev, object, PROPERTY_SPHERE_CENTER, &center) ||
         !lower_scalar(ev, object, PROPERTY_SPHERE_RADIUS, &form->geometry[3])) {
         return false;
+    }
+    double radius;
+    if (dag_is_const(ev->dag, form->geometry[3], &radius) && radius == 0) {
+        return lower_nothing_seen(ev, object);
     }
     form->kind = SHAPE_SPHERE;
     form->geometry[0] = center.x;

@@ -244,7 +244,7 @@ static bool frustum_form(Eval *ev, const Object *object, uint32_t steps, Form *f
     }
     bool is_rigid = wider_base(ev, &f, &ratio);
     if (dag_is_const(ev->dag, f.base, &base) && base == 0 && is_rigid) {
-        return false; // a line has no surface
+        return lower_nothing_seen(ev, object); // a line
     }
     Ref3 up = spatial_sub(ev->dag, f.to, f.from), p = rest_inputs(ev);
     form->mesh = shared_mesh(ev, OBJECT_CONE, steps, 1, is_rigid ? ratio : 1);
@@ -271,9 +271,12 @@ static bool torus_form(Eval *ev, const Object *object, uint32_t steps, Form *for
     bool is_known = dag_is_const(ev->dag, major, &x) && dag_is_const(ev->dag, minor, &y);
     Ref scale = is_known ? dag_const(ev->dag, x > 0 ? x : y) : one;
     form->own = spatial_map_scale(ev->dag, ref3(scale, scale, scale));
+    if (is_known && y == 0) {
+        return lower_nothing_seen(ev, object); // a circle
+    }
     if (is_known) {
         form->mesh = shared_mesh(ev, OBJECT_TORUS, steps, x > 0, x > 0 ? y / x : 1);
-        return y > 0; // a circle has no surface
+        return true;
     }
     // From the ring with radii 1 and 1/2: its tube is at (q - 1, y) where q is the distance from
     // the axis; both are scaled, and q moves along.
@@ -303,7 +306,7 @@ static bool disc_form(Eval *ev, const Object *object, uint32_t steps, Form *form
     form->mesh = shared_mesh(ev, OBJECT_DISC, steps, 1, 0);
     form->own =
         axis_map(ev, spatial_const(ev->dag, 0, 0, 0), spatial_normalize(ev->dag, normal), radius);
-    return !dag_is_const(ev->dag, radius, &r) || r > 0;
+    return !dag_is_const(ev->dag, radius, &r) || r > 0 || lower_nothing_seen(ev, object);
 }
 
 bool lower_solid_form(Eval *ev, const Object *object, const Place *place, Form *form) {

@@ -34,6 +34,9 @@ typedef struct {
     uint32_t *shared;
     size_t shared_size;
     Form *ball; // a sphere of radius 1; NULL: not made yet
+    // The last smoothing of a mesh that deforms, which its instances share.
+    const Shape *smoothed;
+    Smoothing smoothing;
     // Single spheres that stand, by the size of their radius.
     Standing *standing[CLASSES];
     size_t n_standing[CLASSES], standing_capacity[CLASSES];
@@ -139,12 +142,20 @@ static bool deforms(const Shape *shape) {
     return shape->vertex || shape->track;
 }
 
+static Smoothing smoothing_of(Work *w, const Shape *shape) {
+    if (w->smoothed != shape) {
+        w->smoothed = shape;
+        w->smoothing = smoothing_new(w->arena, shape->mesh, shape->smooth, deforms(shape));
+    }
+    return w->smoothing;
+}
+
 static Form *mesh_form(Work *w, const Shape *shape, uint32_t first, uint32_t n) {
     Form *form = add_form(w);
     form->kind = GEOMETRY_TRIANGLES;
     form->n_prims = shape->mesh->n_triangles;
     form->index = shape->mesh->index;
-    form->smoothing = smoothing_new(w->arena, shape->mesh, shape->smooth, deforms(shape));
+    form->smoothing = smoothing_of(w, shape);
     form->sampler.all = mover_of(w, mover_mesh(w->arena, shape, first), 3);
     Bounds rest = rest_bounds(shape->mesh);
     form->sampler.frame = frame_from_box(rest.lo, rest.hi);

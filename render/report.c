@@ -47,7 +47,10 @@ void report_degenerate(const Reporter *reporter, const Shape *shape) {
         }
     }
     n_flat = n_flat + n_poles == mesh->n_triangles ? mesh->n_triangles : n_flat;
-    if (n_flat > 0) {
+    if (mesh->n_triangles == 0) {
+        report_warning(reporter, shape->where, "degenerate",
+                       "%s has no triangle with an area: it is not seen", shape->label);
+    } else if (n_flat > 0) {
         report_warning(reporter, shape->where, "degenerate",
                        "%u of the %u triangles of %s have no area and are not seen", n_flat,
                        mesh->n_triangles, shape->label);
@@ -74,11 +77,28 @@ static void report_not_finite(const Reporter *reporter, const Form *form) {
     }
 }
 
+// Of what deforms: a point or a line along an axis at every instant.
+static void report_collapsed(const Reporter *reporter, const Form *form) {
+    uint32_t k = 0, n = form->geometry.n_keys;
+    for (; k < n; k++) {
+        Vec3 size = vec3_sub(form->bounds[k].hi, form->bounds[k].lo);
+        if ((size.x > 0) + (size.y > 0) + (size.z > 0) > 1 || bounds_are_empty(form->bounds[k])) {
+            return;
+        }
+    }
+    if (n > 0 && form->kind == GEOMETRY_TRIANGLES && form->shape->vertex) {
+        report_warning(reporter, form->shape->where, "degenerate",
+                       "what moves the vertices of %s leaves it no area: it is not seen",
+                       form->shape->label);
+    }
+}
+
 void report_sampling(const Reporter *reporter, const Form *form) {
     const SampleReport *r = &form->report;
     const Shape *shape = form->shape;
     if (form->geometry.n_keys > 0) {
         report_not_finite(reporter, form);
+        report_collapsed(reporter, form);
     }
     if (r->has_too_many_breaks) {
         report_warning(reporter, shape->where, "tolerance-missed",

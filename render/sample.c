@@ -160,11 +160,13 @@ typedef struct {
 } Deviation;
 
 static bool point_is_finite(const Pose *p, uint32_t width, size_t i) {
-    double sum = 0;
-    for (uint32_t c = 0; c < width; c++) {
-        sum += p->c[c][i] * 0;
-    }
-    return sum == 0;
+    double sum = p->c[0][i] * 0 + p->c[1][i] * 0 + p->c[2][i] * 0;
+    return (width > 3 ? sum + p->c[3][i] * 0 : sum) == 0;
+}
+
+static double off_line(const Pose *a, const Pose *b, const Pose *x, double s, uint32_t c,
+                       size_t i) {
+    return x->c[c][i] - ((1 - s) * a->c[c][i] + s * b->c[c][i]);
 }
 
 static Deviation deviation(const Cell *cell, const Pose *a, const Pose *b, const Pose *x, double s,
@@ -172,15 +174,14 @@ static Deviation deviation(const Cell *cell, const Pose *a, const Pose *b, const
     uint32_t width = cell->sampler->probe.width;
     int n_finite =
         point_is_finite(a, width, i) + point_is_finite(b, width, i) + point_is_finite(x, width, i);
-    Deviation d = {.is_finite = n_finite == 3, .is_mixed = n_finite == 1 || n_finite == 2};
-    double off[4] = {0};
-    for (uint32_t c = 0; c < width; c++) {
-        off[c] = x->c[c][i] - ((1 - s) * a->c[c][i] + s * b->c[c][i]);
-    }
-    d.position = vec3(x->c[0][i], x->c[1][i], x->c[2][i]);
-    d.off = vec3(off[0], off[1], off[2]);
-    d.radius_off = fabs(off[3]);
-    return d;
+    return (Deviation){
+        .position = vec3(x->c[0][i], x->c[1][i], x->c[2][i]),
+        .off = vec3(off_line(a, b, x, s, 0, i), off_line(a, b, x, s, 1, i),
+                    off_line(a, b, x, s, 2, i)),
+        .radius_off = width > 3 ? fabs(off_line(a, b, x, s, 3, i)) : 0,
+        .is_finite = n_finite == 3,
+        .is_mixed = n_finite == 1 || n_finite == 2,
+    };
 }
 
 // Largest stretch of a map, from above: its Frobenius norm.
@@ -253,6 +254,15 @@ typedef struct {
     bool is_mixed; // some point is not finite at some of the instants
 } Measure;
 
+// The views of a cell that have a place at that time; returns how many.
+static uint32_t view_maps(const Cell *cell, double seconds, Affine maps[VIEWS]) {
+    uint32_t n = 0;
+    for (uint32_t v = 0; v < cell->n_views; v++) {
+        n += view_map(&cell->views[v], seconds, &maps[n]);
+    }
+    return n;
+}
+
 // The error at one time: s of the way from lo to hi.
 static Measure measure_at(Cell *cell, double lo, double hi, const Pose *a, const Pose *b,
                           double s) {
@@ -261,25 +271,19 @@ static Measure measure_at(Cell *cell, double lo, double hi, const Pose *a, const
     Pose *x = &cell->pose[POSE_PROBE];
     evaluate(cell, frac, x);
     Camera camera = camera_at(sampler->scene, seconds);
+    Affine maps[VIEWS];
+    uint32_t n_maps = view_maps(cell, seconds, maps);
     Measure m = {0};
-    for (size_t i = 0; sampler->pixels > 0 && i < sampler->probe.n; i++) {
+    bool is_fixed = sampler->pixels > 0;
+    for (size_t i = 0; (n_maps > 0 || is_fixed) && i < sampler->probe.n; i++) {
         Deviation d = deviation(cell, a, b, x, s, i);
-        double off = (vec3_length(d.off) + d.radius_off) * sampler->pixels;
         m.is_mixed |= d.is_mixed;
-        m.error = d.is_finite ? fmax(m.error, off) : m.error;
-    }
-    for (uint32_t v = 0; v < cell->n_views; v++) {
-        Affine map;
-        if (!view_map(&cell->views[v], seconds, &map)) {
-            continue;
+        if (is_fixed && d.is_finite) {
+            m.error = fmax(m.error, (vec3_length(d.off) + d.radius_off) * sampler->pixels);
         }
-        for (size_t i = 0; i < sampler->probe.n; i++) {
-            Deviation d = deviation(cell, a, b, x, s, i);
-            m.is_mixed |= d.is_mixed;
-            if (d.is_finite) {
-                m.error = fmax(m.error, camera.is_valid ? pixels_off(&camera, &map, &d)
-                                                        : pixels_blind(cell, &d));
-            }
+        for (uint32_t v = 0; d.is_finite && v < n_maps; v++) {
+            m.error = fmax(m.error, camera.is_valid ? pixels_off(&camera, &maps[v], &d)
+                                                    : pixels_blind(cell, &d));
         }
     }
     return m;

@@ -16,6 +16,11 @@ typedef enum {
     MATERIAL_MIX,   // out: share of the second part, in 0..1
 } MaterialKind;
 
+// Its first three outputs say how much of the light that falls on it comes back.
+static inline bool material_reflects(MaterialKind kind) {
+    return kind != MATERIAL_GLOW && kind != MATERIAL_MIX;
+}
+
 // May read u v p n P N besides.
 typedef struct {
     MaterialKind kind;

@@ -12,6 +12,7 @@ enum {
     INSTANTS = 256, // of one opening of the shutter
     MOST_OUT = 14,  // outputs of a light's program
     SHAPES = 4096,  // that are looked at; with more, some are taken to be visible
+    COLORS = 4096,  // times frames that are looked at; with more, some are taken to be fine
 };
 
 // Instants that a frame sees, the ends included.
@@ -88,6 +89,36 @@ static bool shape_is_there_in(const Scene *scene, const Shape *shape, int64_t fr
     return false;
 }
 
+// A color that depends on nothing but time, in some frame.
+static bool color_exceeds_one(const Scene *scene, const Material *material, int64_t frame) {
+    double seconds[INSTANTS], out[MOST_OUT][INSTANTS];
+    find_instants(scene, frame, seconds);
+    run(material->program, seconds, NULL, out);
+    for (int i = 0; i < INSTANTS; i++) {
+        if (out[0][i] > 1 || out[1][i] > 1 || out[2][i] > 1) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static void survey_material(const Scene *scene, const RenderOptions *options,
+                            const Material *material, const Reporter *reporter, uint32_t *n_left) {
+    const uint32_t time = 1u << IN_T | 1u << IN_FILM_T;
+    uint32_t inputs = program_inputs(material->program);
+    if (!material_reflects(material->kind) || !inputs || inputs & ~time) {
+        return;
+    }
+    for (uint32_t f = 0; f<options->n_frames && * n_left> 0; f++, --*n_left) {
+        if (color_exceeds_one(scene, material, options->frames[f])) {
+            report_warning(reporter, material->where, "albedo-above-one",
+                           "this color is above 1 at some instant at which the shutter is open: "
+                           "the surface sends back more light than falls on it");
+            return;
+        }
+    }
+}
+
 // Of shapes in loops whose visibility differs, whether the first is there says nothing of the
 // others: they are taken to be.
 static bool anything_is_there(const Scene *scene, const RenderOptions *options) {
@@ -111,6 +142,9 @@ void survey_scene(const Scene *scene, const RenderOptions *options, const Report
         if (scene->lights[i].where) {
             survey_light(scene, options, &scene->lights[i], reporter);
         }
+    }
+    for (uint32_t i = 0, n_left = COLORS; i < scene->n_materials && n_left > 0; i++) {
+        survey_material(scene, options, &scene->materials[i], reporter, &n_left);
     }
     if (!anything_is_there(scene, options)) {
         report_warning(reporter, 0, "empty",

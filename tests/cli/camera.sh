@@ -113,6 +113,10 @@ test_shutter_mistakes() {
     mistake 'shutter { readout = 2ms }' 'readout is of a shutter that rolls'
     mistake 'shutter { fn delay(u, v) = 1/(u - 0.5/640) }' \
         'delay is not finite, or more than 1e15 frames, at u = 0.00078125, v = 0.00104167'
+    mistake 'shutter { length = 1e20 }' 'the shutter opens, closes or is read out more than 1e15 frames away'
+    mistake 'shutter { length = 1e300 }' 'more than 1e15 frames away'
+    mistake 'shutter { angle = 1e22deg }' 'more than 1e15 frames away'
+    mistake 'shutter { length = 1e6 }  sphere { translate <t, 0, 0> }' 'more than a million frames'
     mistake 'shutter { fn delay(u, v) = 3deg }' 'delay gives a time, this is an angle'
     mistake 'shutter { fn delay(u, v) = t }' 'delay can not depend on t'
     mistake 'shutter { delay = 5ms }' 'write fn delay(u, v) = ...'

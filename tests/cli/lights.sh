@@ -60,3 +60,30 @@ END
     expect 0 "$ST4" compare ramp.exr even.exr --metric rmse --fail-above 0.003
     expect 0 "$ST4" compare other.exr even.exr --metric rmse --fail-above 0.003
 }
+
+# info says that light samples are left out just where the statistics count none.
+test_info_knows_lights_with_an_extent() {
+    local light n
+    while IFS='|' read -r n light; do
+        echo "film { size = <8, 8>  frames = 1..24 }  sphere {}  $light" >light.st4
+        expect 0 "$ST4" light.st4 -f 12 -s 4 -q -o light.exr --stats light.json
+        expect 0 "$ST4" info light.st4
+        if [ "$n" = none ]; then
+            has "$out" 'no light but the sky has an extent'
+            grep -q '"light": *0[,}]' light.json || fail "$light: $(cat light.json)"
+        else
+            lacks "$out" 'has an extent'
+            grep -q '"light": *[1-9]' light.json || fail "$light: $(cat light.json)"
+        fi
+    done <<'END2'
+none|
+none|lamp { from = <0, 0, 9>  power = 100*t }
+none|sun { angle = 0deg }
+some|sun {}
+some|lamp { from = <0, 3, 5>  radius = 0.1 }
+some|lamp { from = <0, 3, 5>  radius = 0.1  power = 100*t }
+some|lamp { from = <0, 3, 5>  radius = 0.2*t }
+some|lamp { from = <0, 3, 5>  radius = 0.2  cone = 90deg  dir = <0, -3, t - 5> }
+some|area { from = <0, 3, 5>  power = 100*t }
+END2
+}

@@ -58,3 +58,38 @@ test_seeds_differ() {
     render b -f 1 --seed 1
     differ a/frame.0001.exr b/frame.0001.exr
 }
+
+# instructions ARGUMENTS...: how many the program takes, of its own and of its libraries.
+instructions() {
+    valgrind --tool=callgrind --callgrind-out-file=/dev/null "$ST4" "$@" 2>&1 |
+        sed -nE 's/.*Collected : ([0-9]+).*/\1/p'
+}
+
+# What can move costs nothing where nothing does: against a tree that knows no time, on a scene that
+# stands still.
+test_still_scenes_pay_for_no_motion() {
+    local run=(render still.st4 --size 24x18 -s 16 --threads 1 -q -o still.exr) still none
+    command -v valgrind >/dev/null || {
+        echo 'skipped: it counts instructions with valgrind, which is not installed'
+        return
+    }
+    cat >still.st4 <<'END'
+camera { from = <0, 1, 4>  to = <0, 0, 0> }
+sun {}
+surface {
+    u = 0turn..1turn  v = 0turn..0.5turn  res = <60, 40>
+    fn at(u, v) = <sin(v)*cos(u), cos(v), sin(v)*sin(u)>
+}
+for i in 0..99 {
+    box {
+        size = <0.1, 0.1, 0.1>  rotate y, 37deg*i
+        translate <2*rand(i, 0) - 1, 2*rand(i, 1) - 1, 1.5*rand(i, 2)>
+    }
+}
+plane { offset = -1 }
+END
+    still=$(instructions "${run[@]}")
+    none=$(instructions "${run[@]}" --accel kd3)
+    below 1e6 "$still"
+    below "$still" "$(awk -v n="$none" 'BEGIN { print 1.02 * n }')"
+}

@@ -46,10 +46,22 @@ END
     raises light-never-visible 'lamp' <<<'sun {}  lamp { power = t > 1s ? 100 : 0 }  sphere {}'
     raises light-never-visible 'sun' <<<'lamp {}  sun { visible = false }  sphere {}'
     raises light-never-visible 'sky' <<<'lamp {}  sky { color = x*step(1, t) }  sphere {}'
+    raises light-never-visible 'its power is 0' <<<'sun {}  area { power = 0 }  sphere {}'
+    raises light-never-visible 'its color is black' <<<'sun {}  lamp { color = 0*x }  sphere {}'
+    raises albedo-above-one 'above 1' <<<'sphere { material = matte(<1, 1.2, 0.5>) }'
+    raises albedo-above-one 'above 1' <<<'sphere { material = mix(matte(x), metal(2*x, 0.5), 0.1) }'
+    raises albedo-above-one 'at some instant' <<'END'
+film { frames = 1..48 }  sphere { material = gloss(t*<1, 1, 0.5>) }
+END
     raises unused-let "'loose'" <<<'let loose = 1  sphere {}'
     printf 'v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n' >flat.obj
     raises degenerate 'the transform of sphere@1 leaves it no extent' <<<'sphere { scale <1, 0, 1> }'
     raises degenerate '1 of the 2 triangles' <<<'mesh { file = "flat.obj" }'
+    raises degenerate 'no triangle with an area' <<<'surface { fn at(u, v) = <u, u, u> }'
+    raises degenerate 'leaves it no area' <<<'surface { fn at(u, v) = <u, v, 0>  fn deform(p) = p.x*y }'
+    raises degenerate 'sphere has no surface' <<<'box {}  sphere { radius = 0 }'
+    raises degenerate 'points has no surface' <<<'box {}  points { at = [x]  radius = 0 }'
+    raises degenerate 'torus has no surface' <<<'box {}  torus { minor = 0 }'
     raises keys-outside 'after the film' <<<'sphere { radius = keys { 1s: 1, 2s: 2 } }'
     raises read-outside 'the list' <<<'film { frames = 1..9 }  sphere { radius = [1, 2][9*t] }'
     raises estimated-rate 'estimated' <<<'sphere { radius = 2 + d(noise(t)) }'
@@ -72,6 +84,18 @@ test_flashes_are_lights() {
     expect 0 "$ST4" check dark.st4 -Werror
     expect 0 "$ST4" check flash.st4 -f 1-40
     has "$err" light-never-visible
+}
+
+# Light of its own may be above 1, and what is not where colors are.
+test_bright_things_are_not_albedos() {
+    cat >bright.st4 <<'END'
+film { frames = 1..24 }
+sphere { material = glow(<2, 3, 4>, 5) }
+sphere { material = matte(<1, 1, 1>, bump = 3) }
+sphere { material = glass(ior = 2.4) }
+sphere { material = gloss(<1, 1, 1>*sin(1turn*t)^2, ior = 1.5 + t) }
+END
+    expect 0 "$ST4" check bright.st4 -Werror
 }
 
 test_warnings_of_noise_are_for_check_alone() {

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "lang/builtins.h"
-#include "lang/schema.h"
 
 static const char *const punctuation[] = {
 #define TOKEN(id, text) text,
@@ -406,7 +405,10 @@ static void write_keys(Writer *w, WriteType type, int depth) {
 }
 
 static void write_taken(Writer *w, WriteType type, int depth) {
-    switch (fuzz_random(w, 4)) {
+    switch (fuzz_random(w, 5)) {
+    case 4:
+        fuzz_write_sim_member(w);
+        break;
     case 0: // an item
         write_list(w, type, depth - 1);
         fuzz_put(w, "[");

@@ -8,6 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "lang/schema.h"
 #include "lang/units.h"
 
 // Text of at most max bytes; what does not fit is dropped.
@@ -55,7 +56,10 @@ void fuzz_write_scalar(Writer *w, Dimension dimension); // with a unit
 void fuzz_write(Writer *w, WriteType type, int depth);
 void fuzz_write_expression(Writer *w, int depth);
 void fuzz_write_property_value(Writer *w, const char *property, int depth);
+void fuzz_write_properties(Writer *w, ObjectKind kind, int depth); // a few of its own
 void fuzz_write_statement(Writer *w, int depth);
+void fuzz_write_sim(Writer *w, int depth);
+void fuzz_write_sim_member(Writer *w); // of one of them
 void fuzz_write_scene(Writer *w);
 // "//@ NAME" and its text: a script, a mesh, a table, an expression to be evaluated.
 void fuzz_write_file(Writer *w);

@@ -22,6 +22,7 @@
 #include "tests/fuzz/fuzz_files.h"
 #include "tests/fuzz/fuzz_json.h"
 #include "tests/fuzz/fuzz_redirect.h"
+#include "tests/fuzz/fuzz_simulator.h"
 
 int LLVMFuzzerInitialize(int *argc, char ***argv);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -326,7 +327,7 @@ static void check_eval(LoadedScene *loaded, Arena *arena, const FuzzFile *file) 
 static void check_load(const FuzzFile *files, size_t n, unsigned variant) {
     Arena arena = {.limit = 2 * MEMORY};
     Sources sources = {.arena = &arena, .end = 1};
-    LoadOptions options = {.memory = MEMORY, .max_steps = STEPS};
+    LoadOptions options = {.memory = MEMORY, .max_steps = STEPS, .simulator = &fuzz_simulator};
     LoadedScene loaded;
     bool is_json = variant & 16;
     read_options(&arena, files, n, &options);

@@ -2,7 +2,6 @@
 // Properties, statements and files, as lang/parse.c reads them.
 #include <string.h>
 
-#include "lang/schema.h"
 #include "tests/fuzz/fuzz_grammar.h"
 
 // ---- Properties
@@ -73,7 +72,7 @@ static void write_property(Writer *w, const PropertyInfo *info, int depth) {
     fuzz_put(w, fuzz_one_in(w, 3) ? "\n" : "  ");
 }
 
-static void write_own_properties(Writer *w, ObjectKind kind, int depth) {
+void fuzz_write_properties(Writer *w, ObjectKind kind, int depth) {
     uint32_t first = node_infos[kind].first, n = schema_end(kind) - first;
     for (uint32_t i = 0, wanted = n ? fuzz_random(w, 4) : 0; i < wanted; i++) {
         write_property(w, &property_infos[first + fuzz_random(w, n)], depth);
@@ -101,11 +100,11 @@ static void write_node(Writer *w, int depth) {
         fuzz_write_given_name(w);
     }
     fuzz_put(w, "{ ");
-    write_own_properties(w, kind, depth);
+    fuzz_write_properties(w, kind, depth);
     const ObjectKind *common = schema_common(kind);
     for (; *common != OBJECT_KINDS; common++) {
         if (fuzz_one_in(w, 3)) {
-            write_own_properties(w, *common, depth);
+            fuzz_write_properties(w, *common, depth);
         }
     }
     for (uint32_t i = 0, n = fuzz_random(w, kind == OBJECT_GROUP ? 4 : 2); i < n; i++) {
@@ -236,7 +235,10 @@ void fuzz_write_statement(Writer *w, int depth) {
         fuzz_put(w, "sphere { }\n");
         return;
     }
-    switch (fuzz_random(w, 14)) {
+    switch (fuzz_random(w, 15)) {
+    case 14:
+        fuzz_write_sim(w, depth);
+        break;
     case 0:
     case 1:
         write_binding(w, depth);
