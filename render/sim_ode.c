@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_CONTACTS = 16 };
+enum { MOST_CONTACTS = 128, KEPT_CONTACTS = 12 };
 
 // Slower than this nothing bounces, m/s; bodies that are slower for half a second sleep.
 static const double least_bounce = 0.05, sleep_speed = 0.01, sleep_spin = 0.02, sleep_time = 0.5;
@@ -39,8 +39,51 @@ static void to_ode(const double turn[4], dQuaternion q) {
 
 // ---- Shapes
 
+// What the engine reads from a hull for as long as it runs.
+static dGeomID make_convex(dSpaceID space, const SimSolid *solid) {
+    size_t n = solid->n_faces;
+    double *planes = malloc(4 * n * sizeof *planes);
+    unsigned *polygons = malloc(4 * n * sizeof *polygons);
+    for (size_t f = 0; planes && polygons && f < n; f++) {
+        const uint32_t *v = solid->face + 3 * f;
+        const double *a = solid->point + 3 * (size_t)v[0], *b = solid->point + 3 * (size_t)v[1];
+        const double *c = solid->point + 3 * (size_t)v[2];
+        dVector3 u, w;
+        for (int k = 0; k < 3; k++) {
+            u[k] = b[k] - a[k];
+            w[k] = c[k] - a[k];
+        }
+        dReal *plane = planes + 4 * f;
+        dCalcVectorCross3(plane, u, w);
+        dSafeNormalize3(plane);
+        plane[3] = dCalcVectorDot3(plane, a);
+        polygons[4 * f] = 3;
+        for (int k = 0; k < 3; k++) {
+            polygons[4 * f + 1 + (size_t)k] = v[k];
+        }
+    }
+    return planes && polygons ? dCreateConvex(space, planes, solid->n_faces, solid->point,
+                                              solid->n_points, polygons)
+                              : NULL;
+}
+
+static dGeomID make_mesh(dSpaceID space, const SimSolid *solid) {
+    dTriMeshDataID data = dGeomTriMeshDataCreate();
+    dGeomTriMeshDataBuildDouble(data, solid->point, 3 * sizeof(double), (int)solid->n_points,
+                                solid->face, 3 * (int)solid->n_faces, 3 * sizeof(uint32_t));
+    // Without the angles between faces, hulls cannot touch it.
+    dGeomTriMeshDataPreprocess2(data, 1u << dTRIDATAPREPROCESS_BUILD_FACE_ANGLES, NULL);
+    return dCreateTriMesh(space, data, NULL, NULL, NULL);
+}
+
 static dGeomID make_geom(dSpaceID space, const RigidShape *shape) {
     switch (shape->kind) {
+    case RIGID_CAPSULE:
+        return dCreateCapsule(space, shape->size[0], shape->size[1]);
+    case RIGID_CONVEX:
+        return make_convex(space, shape->solid);
+    case RIGID_MESH:
+        return make_mesh(space, shape->solid);
     case RIGID_BOX:
         return dCreateBox(space, shape->size[0], shape->size[1], shape->size[2]);
     case RIGID_SPHERE:
@@ -52,6 +95,13 @@ static dGeomID make_geom(dSpaceID space, const RigidShape *shape) {
                             shape->plane[3]);
     }
     return NULL;
+}
+
+static void set_mass(dMass *mass, const SimSolidMass *own, double density) {
+    const double *m = own->moment;
+    dMassSetParameters(mass, density * own->mass, 0, 0, 0, density * m[0], density * m[1],
+                       density * m[2], density * m[3], density * m[4], density * m[5]);
+    dMassTranslate(mass, own->center[0], own->center[1], own->center[2]);
 }
 
 static void add_mass(dMass *total, const RigidShape *shape, double density) {
@@ -67,6 +117,13 @@ static void add_mass(dMass *total, const RigidShape *shape, double density) {
         break;
     case RIGID_CYLINDER:
         dMassSetCylinder(&mass, density, 3, shape->size[0], shape->size[1]);
+        break;
+    case RIGID_CAPSULE:
+        dMassSetCapsule(&mass, density, 3, shape->size[0], shape->size[1]);
+        break;
+    case RIGID_CONVEX:
+    case RIGID_MESH:
+        set_mass(&mass, &shape->own, density);
         break;
     default:
         return;
@@ -265,6 +322,32 @@ static bool may_move(const Body *body) {
     return body->id && !body->about->is_fixed;
 }
 
+// Of many contacts the deepest, and those that are farthest from each other: a body is held at its
+// ends, and the solver takes as long as there are contacts. n: more than are kept.
+static int thin_out(dContact *contacts, int n) {
+    double apart[MOST_CONTACTS]; // from those that are kept, squared
+    int next = 0;
+    for (int i = 0; i < n; i++) {
+        next = contacts[i].geom.depth > contacts[next].geom.depth ? i : next;
+        apart[i] = INFINITY;
+    }
+    for (int kept = 0; kept < KEPT_CONTACTS; kept++) {
+        dContact swap = contacts[kept];
+        contacts[kept] = contacts[next];
+        contacts[next] = swap;
+        apart[next] = apart[kept];
+        const dReal *p = contacts[kept].geom.pos;
+        next = kept + 1;
+        for (int i = kept + 1; i < n; i++) {
+            const dReal *q = contacts[i].geom.pos;
+            double d[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
+            apart[i] = fmin(apart[i], d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+            next = apart[i] > apart[next] ? i : next;
+        }
+    }
+    return KEPT_CONTACTS;
+}
+
 static void touch(void *data, dGeomID g1, dGeomID g2) {
     Run *run = data;
     Body *a = dGeomGetData(g1), *b = dGeomGetData(g2);
@@ -274,6 +357,7 @@ static void touch(void *data, dGeomID g1, dGeomID g2) {
         return;
     }
     int n = dCollide(g1, g2, MOST_CONTACTS, &contacts[0].geom, sizeof contacts[0]);
+    n = n > KEPT_CONTACTS ? thin_out(contacts, n) : n;
     for (int i = 0; i < n; i++) {
         dSurfaceParameters *surface = &contacts[i].surface;
         *surface = (dSurfaceParameters){0};
