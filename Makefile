@@ -42,7 +42,8 @@ LDLIBS := -lOpenEXRCore-3_1 -lsleef -lz -lsundials_cvode -lsundials_nvecserial \
           -lsundials_sunnonlinsolfixedpoint -lsundials_sunlinsolspgmr -lm -ldl $(LDLIBS_$(config))
 
 # Files that are loaded when first needed, each a shared object of its own.
-PLUGINS := render/image_oiio.cpp render/mesh_assimp.c render/sim_ode.c
+ODE := render/sim_ode.c render/sim_ode_shape.c render/sim_ode_touch.c
+PLUGINS := render/image_oiio.cpp render/mesh_assimp.c $(ODE)
 # Files named *_avx2.c (and *_avx512.c) are the only ones compiled for that instruction set.
 ISA_avx2 := -mavx2 -mfma -mf16c -mbmi -mbmi2
 ISA_avx512 := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mfma
@@ -75,7 +76,7 @@ $(B)/st4-image.so: $(B)/render/image_oiio.o
 $(B)/st4-assimp.so: $(B)/render/mesh_assimp.o
 	$(CC) -shared $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lassimp
 
-$(B)/st4-ode.so: $(B)/render/sim_ode.o
+$(B)/st4-ode.so: $(ODE:%.c=$(B)/%.o)
 	$(CC) -shared $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lode -lm
 
 $(B)/st4-tests: $(TESTS) $(LIBRARY) | $(B)/st4-image.so $(B)/st4-assimp.so $(B)/st4-ode.so
@@ -201,4 +202,4 @@ clean:
 	rm -rf build st4
 
 -include $(patsubst %.o,%.d,$(OBJECTS) $(FUZZ_OBJECTS) $(TESTS) $(STABILITY) \
-    $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o $(B)/render/sim_ode.o)
+    $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o $(ODE:%.c=$(B)/%.o))

@@ -1,144 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rigid bodies by ODE, in a process of their own: the one file that knows ODE.
+// Rigid bodies by ODE, in a process of their own: bodies, joints, steps.
 #include "render/sim_ode.h"
 
 #include <math.h>
-#include <ode/ode.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_CONTACTS = 128, KEPT_CONTACTS = 12 };
+#include "render/sim_ode_parts.h"
 
-// Slower than this nothing bounces, m/s; bodies that are slower for half a second sleep.
-static const double least_bounce = 0.05, sleep_speed = 0.01, sleep_spin = 0.02, sleep_time = 0.5;
+// Bodies that are slower for so long, on the mean, sleep.
+static const double sleep_speed = 0.01, sleep_spin = 0.02, sleep_time = 0.5;
 static const double most_distance = 1e7, most_speed = 1e6; // beyond, a body has run away
 
-typedef struct {
-    const RigidBody *about;
-    dBodyID id;       // NULL: it is fixed and does not move
-    double center[3]; // of mass, in the body's block
-    bool touches;
-    uint32_t member;
-} Body;
-
-typedef struct {
-    const SimRigid *sim;
-    RigidEvaluate *evaluate;
-    dWorldID world;
-    dSpaceID space;
-    dJointGroupID contacts;
-    Body *bodies;
-    FILE *out;
-} Run;
-
-static void to_ode(const double turn[4], dQuaternion q) {
-    q[0] = turn[3];
-    memcpy(q + 1, turn, 3 * sizeof *q);
-}
-
-// ---- Shapes
-
-// What the engine reads from a hull for as long as it runs.
-static dGeomID make_convex(dSpaceID space, const SimSolid *solid) {
-    size_t n = solid->n_faces;
-    double *planes = malloc(4 * n * sizeof *planes);
-    unsigned *polygons = malloc(4 * n * sizeof *polygons);
-    for (size_t f = 0; planes && polygons && f < n; f++) {
-        const uint32_t *v = solid->face + 3 * f;
-        const double *a = solid->point + 3 * (size_t)v[0], *b = solid->point + 3 * (size_t)v[1];
-        const double *c = solid->point + 3 * (size_t)v[2];
-        dVector3 u, w;
-        for (int k = 0; k < 3; k++) {
-            u[k] = b[k] - a[k];
-            w[k] = c[k] - a[k];
-        }
-        dReal *plane = planes + 4 * f;
-        dCalcVectorCross3(plane, u, w);
-        dSafeNormalize3(plane);
-        plane[3] = dCalcVectorDot3(plane, a);
-        polygons[4 * f] = 3;
-        for (int k = 0; k < 3; k++) {
-            polygons[4 * f + 1 + (size_t)k] = v[k];
-        }
-    }
-    return planes && polygons ? dCreateConvex(space, planes, solid->n_faces, solid->point,
-                                              solid->n_points, polygons)
-                              : NULL;
-}
-
-static dGeomID make_mesh(dSpaceID space, const SimSolid *solid) {
-    dTriMeshDataID data = dGeomTriMeshDataCreate();
-    dGeomTriMeshDataBuildDouble(data, solid->point, 3 * sizeof(double), (int)solid->n_points,
-                                solid->face, 3 * (int)solid->n_faces, 3 * sizeof(uint32_t));
-    // Without the angles between faces, hulls cannot touch it.
-    dGeomTriMeshDataPreprocess2(data, 1u << dTRIDATAPREPROCESS_BUILD_FACE_ANGLES, NULL);
-    return dCreateTriMesh(space, data, NULL, NULL, NULL);
-}
-
-static dGeomID make_geom(dSpaceID space, const RigidShape *shape) {
-    switch (shape->kind) {
-    case RIGID_CAPSULE:
-        return dCreateCapsule(space, shape->size[0], shape->size[1]);
-    case RIGID_CONVEX:
-        return make_convex(space, shape->solid);
-    case RIGID_MESH:
-        return make_mesh(space, shape->solid);
-    case RIGID_BOX:
-        return dCreateBox(space, shape->size[0], shape->size[1], shape->size[2]);
-    case RIGID_SPHERE:
-        return dCreateSphere(space, shape->size[0]);
-    case RIGID_CYLINDER:
-        return dCreateCylinder(space, shape->size[0], shape->size[1]);
-    case RIGID_PLANE:
-        return dCreatePlane(space, shape->plane[0], shape->plane[1], shape->plane[2],
-                            shape->plane[3]);
-    }
-    return NULL;
-}
-
-static void set_mass(dMass *mass, const SimSolidMass *own, double density) {
-    const double *m = own->moment;
-    dMassSetParameters(mass, density * own->mass, 0, 0, 0, density * m[0], density * m[1],
-                       density * m[2], density * m[3], density * m[4], density * m[5]);
-    dMassTranslate(mass, own->center[0], own->center[1], own->center[2]);
-}
-
-static void add_mass(dMass *total, const RigidShape *shape, double density) {
-    dMass mass;
-    dMatrix3 rotation;
-    dQuaternion q;
-    switch (shape->kind) {
-    case RIGID_BOX:
-        dMassSetBox(&mass, density, shape->size[0], shape->size[1], shape->size[2]);
-        break;
-    case RIGID_SPHERE:
-        dMassSetSphere(&mass, density, shape->size[0]);
-        break;
-    case RIGID_CYLINDER:
-        dMassSetCylinder(&mass, density, 3, shape->size[0], shape->size[1]);
-        break;
-    case RIGID_CAPSULE:
-        dMassSetCapsule(&mass, density, 3, shape->size[0], shape->size[1]);
-        break;
-    case RIGID_CONVEX:
-    case RIGID_MESH:
-        set_mass(&mass, &shape->own, density);
-        break;
-    default:
-        return;
-    }
-    to_ode(shape->turn, q);
-    dQtoR(q, rotation);
-    dMassRotate(&mass, rotation);
-    dMassTranslate(&mass, shape->at[0], shape->at[1], shape->at[2]);
-    dMassAdd(total, &mass);
-}
+// ---- Places
 
 // A geom in the block of its body, whose centre of mass is ODE's origin.
-static void place_geom(const Body *body, dGeomID geom, const RigidShape *shape) {
+static void place_geom(const OdeBody *body, dGeomID geom, const RigidShape *shape) {
     dQuaternion q;
-    to_ode(shape->turn, q);
+    sim_ode_quaternion(shape->turn, q);
     if (shape->kind == RIGID_PLANE) {
         return;
     }
@@ -152,7 +32,7 @@ static void place_geom(const Body *body, dGeomID geom, const RigidShape *shape) 
     dQuaternion own, whole;
     dVector3 at;
     dMatrix3 rotation;
-    to_ode(body->about->turn, own);
+    sim_ode_quaternion(body->about->turn, own);
     dQMultiply0(whole, own, q);
     dQtoR(own, rotation);
     dMultiply0_331(at, rotation, shape->at);
@@ -163,16 +43,16 @@ static void place_geom(const Body *body, dGeomID geom, const RigidShape *shape) 
 
 // ---- Bodies
 
-static void set_pose(const Body *body, const double at[3], const double turn[4]) {
+static void set_pose(const OdeBody *body, const double at[3], const double turn[4]) {
     dQuaternion q;
     dVector3 center;
-    to_ode(turn, q);
+    sim_ode_quaternion(turn, q);
     dBodySetQuaternion(body->id, q);
     dBodyVectorToWorld(body->id, body->center[0], body->center[1], body->center[2], center);
     dBodySetPosition(body->id, at[0] + center[0], at[1] + center[1], at[2] + center[2]);
 }
 
-static void find_pose(const Body *body, double at[3], double turn[4]) {
+static void find_pose(const OdeBody *body, double at[3], double turn[4]) {
     dVector3 center;
     const dReal *p = dBodyGetPosition(body->id), *q = dBodyGetQuaternion(body->id);
     dBodyVectorToWorld(body->id, body->center[0], body->center[1], body->center[2], center);
@@ -184,7 +64,7 @@ static void find_pose(const Body *body, double at[3], double turn[4]) {
 }
 
 // Newtons on the body at t; false: not finite.
-static bool find_force(const Run *run, const Body *body, double t, double force[3]) {
+static bool find_force(const OdeRun *run, const OdeBody *body, double t, double force[3]) {
     double in[IN_COUNT] = {[IN_T] = t, [IN_FILM_T] = t}, turn[4];
     dVector3 velocity;
     memset(force, 0, 3 * sizeof *force);
@@ -199,7 +79,7 @@ static bool find_force(const Run *run, const Body *body, double t, double force[
 }
 
 // Half a step early, so that velocities are those of the steps' middles.
-static void start_body(const Run *run, Body *body) {
+static void start_body(const OdeRun *run, OdeBody *body) {
     const RigidBody *about = body->about;
     double force[3], v[3];
     dMass mass;
@@ -222,13 +102,13 @@ static void start_body(const Run *run, Body *body) {
     dBodySetLinearVel(body->id, v[0], v[1], v[2]);
 }
 
-static bool make_body(Run *run, Body *body, const RigidBody *about) {
+static bool make_body(OdeRun *run, OdeBody *body, const RigidBody *about) {
     const RigidShape *shapes = run->sim->shapes + about->first_shape;
     dMass mass;
-    *body = (Body){.about = about};
+    *body = (OdeBody){.about = about};
     dMassSetZero(&mass);
     for (uint32_t i = 0; i < about->n_shapes && !about->is_fixed; i++) {
-        add_mass(&mass, &shapes[i], about->density);
+        sim_ode_add_mass(&mass, &shapes[i], about->density);
     }
     if (!about->is_fixed || about->motion) {
         body->id = dBodyCreate(run->world);
@@ -250,7 +130,7 @@ static bool make_body(Run *run, Body *body, const RigidBody *about) {
         dBodySetMass(body->id, &mass);
     }
     for (uint32_t i = 0; i < about->n_shapes; i++) {
-        dGeomID geom = make_geom(run->space, &shapes[i]);
+        dGeomID geom = sim_ode_geom(run->space, &shapes[i]);
         if (!geom) {
             return false;
         }
@@ -266,7 +146,7 @@ static bool make_body(Run *run, Body *body, const RigidBody *about) {
 }
 
 // A fixed body that moves: there now, with the velocity that takes it to where it is next.
-static void drive(const Run *run, Body *body, double t) {
+static void drive(const OdeRun *run, OdeBody *body, double t) {
     double now[RIGID_COLUMNS], next[RIGID_COLUMNS], h = run->sim->step;
     double in[IN_COUNT] = {[IN_T] = t, [IN_FILM_T] = t};
     run->evaluate(body->about->motion, in, now);
@@ -288,11 +168,17 @@ static void drive(const Run *run, Body *body, double t) {
 
 // ---- Joints and contacts
 
-static void make_joint(Run *run, const RigidJoint *about) {
+static void make_joint(OdeRun *run, const RigidJoint *about) {
     dBodyID a = about->a < 0 ? NULL : run->bodies[about->a].id;
     dBodyID b = about->b < 0 ? NULL : run->bodies[about->b].id;
     const double *p = about->at, *d = about->axis;
     dJointID joint;
+    for (int i = 0; i < 2; i++) {
+        int32_t body = i == 0 ? about->a : about->b;
+        if (body >= 0) {
+            run->bodies[body].is_jointed = true;
+        }
+    }
     switch (about->kind) {
     case RIGID_HINGE:
         joint = dJointCreateHinge(run->world, NULL);
@@ -318,66 +204,13 @@ static void make_joint(Run *run, const RigidJoint *about) {
     }
 }
 
-static bool may_move(const Body *body) {
-    return body->id && !body->about->is_fixed;
-}
-
-// Of many contacts the deepest, and those that are farthest from each other: a body is held at its
-// ends, and the solver takes as long as there are contacts. n: more than are kept.
-static int thin_out(dContact *contacts, int n) {
-    double apart[MOST_CONTACTS]; // from those that are kept, squared
-    int next = 0;
-    for (int i = 0; i < n; i++) {
-        next = contacts[i].geom.depth > contacts[next].geom.depth ? i : next;
-        apart[i] = INFINITY;
-    }
-    for (int kept = 0; kept < KEPT_CONTACTS; kept++) {
-        dContact swap = contacts[kept];
-        contacts[kept] = contacts[next];
-        contacts[next] = swap;
-        apart[next] = apart[kept];
-        const dReal *p = contacts[kept].geom.pos;
-        next = kept + 1;
-        for (int i = kept + 1; i < n; i++) {
-            const dReal *q = contacts[i].geom.pos;
-            double d[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
-            apart[i] = fmin(apart[i], d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-            next = apart[i] > apart[next] ? i : next;
-        }
-    }
-    return KEPT_CONTACTS;
-}
-
-static void touch(void *data, dGeomID g1, dGeomID g2) {
-    Run *run = data;
-    Body *a = dGeomGetData(g1), *b = dGeomGetData(g2);
-    dContact contacts[MOST_CONTACTS];
-    if (a == b || (!may_move(a) && !may_move(b)) ||
-        (a->id && b->id && dAreConnectedExcluding(a->id, b->id, dJointTypeContact))) {
-        return;
-    }
-    int n = dCollide(g1, g2, MOST_CONTACTS, &contacts[0].geom, sizeof contacts[0]);
-    n = n > KEPT_CONTACTS ? thin_out(contacts, n) : n;
-    for (int i = 0; i < n; i++) {
-        dSurfaceParameters *surface = &contacts[i].surface;
-        *surface = (dSurfaceParameters){0};
-        surface->mode = dContactBounce | dContactApprox1;
-        surface->mu = sqrt(a->about->friction * b->about->friction);
-        surface->bounce = fmax(a->about->bounce, b->about->bounce);
-        surface->bounce_vel = least_bounce;
-        dJointID joint = dJointCreateContact(run->world, run->contacts, &contacts[i]);
-        dJointAttach(joint, a->id, b->id);
-        a->touches = b->touches = true;
-    }
-}
-
 // ---- Steps
 
-static bool put(Run *run, const void *bytes, size_t n) {
+static bool put(OdeRun *run, const void *bytes, size_t n) {
     return fwrite(bytes, n, 1, run->out) == 1;
 }
 
-static bool refuse(Run *run, uint32_t member, double time, const char *message) {
+static bool refuse(OdeRun *run, uint32_t member, double time, const char *message) {
     RigidStep step = {.magic = RIGID_STREAM_MAGIC, .is_bad = 1, .member = member, .time = time};
     snprintf(step.message, sizeof step.message, "%s", message);
     put(run, &step, sizeof step);
@@ -385,10 +218,10 @@ static bool refuse(Run *run, uint32_t member, double time, const char *message) 
 }
 
 // False: the pipe is closed, or a body has run away.
-static bool send_step(Run *run, double t) {
+static bool send_step(OdeRun *run, double t) {
     RigidStep step = {.magic = RIGID_STREAM_MAGIC};
     for (uint32_t m = 0; m < run->sim->n_members; m++) {
-        const Body *body = &run->bodies[run->sim->members[m]];
+        const OdeBody *body = &run->bodies[run->sim->members[m]];
         const dReal *p = dBodyGetPosition(body->id), *v = dBodyGetLinearVel(body->id);
         for (int k = 0; k < 3; k++) {
             if (!(fabs(p[k]) < most_distance) || !(fabs(v[k]) < most_speed)) {
@@ -398,7 +231,7 @@ static bool send_step(Run *run, double t) {
     }
     bool is_fine = put(run, &step, sizeof step);
     for (uint32_t m = 0; is_fine && m < run->sim->n_members; m++) {
-        const Body *body = &run->bodies[run->sim->members[m]];
+        const OdeBody *body = &run->bodies[run->sim->members[m]];
         RigidState state;
         memset(&state, 0, sizeof state);
         dVector3 velocity;
@@ -415,10 +248,10 @@ static bool send_step(Run *run, double t) {
     return is_fine;
 }
 
-static bool do_step(Run *run, double t) {
+static bool do_step(OdeRun *run, double t) {
     const SimRigid *sim = run->sim;
     for (uint32_t i = 0; i < sim->n_bodies; i++) {
-        Body *body = &run->bodies[i];
+        OdeBody *body = &run->bodies[i];
         double force[3];
         body->touches = false;
         if (body->about->motion) {
@@ -430,13 +263,15 @@ static bool do_step(Run *run, double t) {
             dBodyAddForce(body->id, force[0], force[1], force[2]);
         }
     }
-    dSpaceCollide(run->space, run, touch);
+    if (!sim_ode_touch(run)) {
+        return refuse(run, UINT32_MAX, t, "there is no memory for its contacts");
+    }
     dWorldQuickStep(run->world, sim->step);
     dJointGroupEmpty(run->contacts);
     return send_step(run, t + sim->step);
 }
 
-static bool set_up(Run *run) {
+static bool set_up(OdeRun *run) {
     const SimRigid *sim = run->sim;
     run->world = dWorldCreate();
     run->space = dHashSpaceCreate(NULL);
@@ -452,6 +287,7 @@ static bool set_up(Run *run) {
     dWorldSetAutoDisableAngularThreshold(run->world, sleep_spin);
     dWorldSetAutoDisableTime(run->world, sleep_time);
     dWorldSetAutoDisableSteps(run->world, 0);
+    dWorldSetAutoDisableAverageSamplesCount(run->world, SLEEP_SAMPLES);
     for (uint32_t i = 0; run->bodies && i < sim->n_bodies; i++) {
         if (!make_body(run, &run->bodies[i], &sim->bodies[i])) {
             return false;
@@ -471,7 +307,7 @@ static bool set_up(Run *run) {
 }
 
 int sim_ode_send(const SimRigid *sim, RigidEvaluate *evaluate, int fd) {
-    Run run = {.sim = sim, .evaluate = evaluate, .out = fdopen(fd, "wb")};
+    OdeRun run = {.sim = sim, .evaluate = evaluate, .out = fdopen(fd, "wb")};
     if (!run.out || !dInitODE2(0) || !dAllocateODEDataForThread(dAllocateMaskAll)) {
         return 0;
     }

@@ -34,7 +34,7 @@ typedef struct {
 } Run;
 
 const char *sim_rigid_library(void) {
-    return "ODE 0.16, driver 2";
+    return "ODE 0.16, driver 3";
 }
 
 // ---- Courses

@@ -6,6 +6,8 @@
 // moves a body by its velocity after each step's forces; taken as the velocity in the middle of the
 // step, and started half a step early, that is of second order, and exact in free fall.
 //
+// What hardly moves for half a second sleeps: render/sim_ode_touch.c says until when.
+//
 // Columns of the tracks: place x y z, unit quaternion x y z w, to be normalised. Between steps:
 // Hermite's cubic with velocities from the neighbouring middles; straight within a step in which
 // the body touches something, so that no curve overshoots into what it hits. An arc ends where the

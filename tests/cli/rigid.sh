@@ -194,6 +194,82 @@ test_rigid_frames_in_any_order() {
     below "$(awk '{ print $4 }' <<<"$out")" 600
 }
 
+# heap.st4: so many layers of side x side boxes, each turned its own way, fall in a heap.
+a_heap() {
+    cat >heap.st4 <<END
+sphere { }
+let side = $1
+let n = $1*$1*$2
+sim rigid Heap {
+  span = 0..10  step = 1/240
+  fixed { plane { } }
+  if $3 {
+    for k in 0..3 {
+      fixed { box { size = <0.2, 8, 8> }  translate <-0.25*side, 2, 0>  rotate y, 90deg*k }
+    }
+  }
+  for i in 0..(n - 1) {
+    let column = i % side
+    let row = floor(i/side) % side
+    body Box[i] {
+      box { size = <0.3, 0.3, 0.3> }
+      friction = 0.6
+      rotate y, 360deg*rand(4, i)
+      translate 0.45*<column - (side - 1)/2, 0, row - (side - 1)/2>
+      translate <0.04*rand(1, i), 0.3 + 0.4*floor(i/side^2), 0.04*rand(2, i)>
+    }
+  }
+}
+END
+}
+
+# From 5 s to 10 s no box of the heap moves by a millimetre, or lies below the floor.
+heap_lies_still() {
+    local i
+    local -a moves=()
+    for ((i = 0; i < $1; i++)); do
+        moves+=("length(Heap.Box[$i].pos - at(Heap.Box[$i].pos, 5s))" "max(0, 0.148 - Heap.Box[$i].pos.y)")
+    done
+    at heap.st4 '[6, 8, 10]' "${moves[@]}"
+    all_below 1e-3
+}
+
+test_rigid_heap_comes_to_rest() {
+    a_heap 5 4 false
+    heap_lies_still 100
+    [ -n "${STRESS-}" ] || return 0
+    a_heap 10 10 true
+    heap_lies_still 1000
+}
+
+# What sleeps wakes when it is hit, when it is pushed, over others too, and when its ground moves.
+test_rigid_sleepers_wake() {
+    cat >a.st4 <<'END'
+sphere { }
+sim rigid S {
+  span = 0..6  step = 1/480
+  fixed { plane { } }
+  for i in 0..1 { body Box[i] { box { size = <0.4, 0.4, 0.4> }  translate <0.4*i, 0.2, 0> } }
+  body Pusher {
+    box { size = <0.4, 0.4, 0.4> }
+    force = <600*max(0, t - 2), 0, 0>
+    translate <-0.4, 0.2, 0>
+  }
+  body Target { box { size = <0.4, 0.4, 0.4> }  friction = 0.1  translate <0, 0.2, 5> }
+  body Ball { sphere { radius = 0.2 }  vel = <-2, 0, 0>  spin = <0, 0, 10>  translate <6, 0.2, 5> }
+  fixed Lift { box { size = <1, 0.2, 1> }  translate <0, 0.9 - 0.05*max(0, t - 2), -5> }
+  body Rider { box { size = <0.4, 0.4, 0.4> }  translate <0, 1.2, -5> }
+}
+END
+    at a.st4 '[1.5, 2]' 'S.Box[0].pos.x' 'S.Box[1].pos.x - 0.4' 'S.Target.pos.x' 'S.Rider.pos.y - 1.2'
+    all_below 1e-3
+    at a.st4 '[2.5, 4, 5.9]' 'S.Rider.pos.y - (1.2 - 0.05*(t - 2))' 'S.Rider.pos.x'
+    all_below 2e-3
+    at a.st4 '[6]' 'S.Box[0].pos.x' 'S.Target.pos.x'
+    below 1 "$(cut -d' ' -f2 <<<"$out")"
+    below "$(cut -d' ' -f3 <<<"$out")" -0.1
+}
+
 test_rigid_mistakes() {
     local start="sphere { } sim rigid S {" body='body B { sphere { } } }'
     refused() {
