@@ -5,6 +5,7 @@
 # make fuzz       fuzzes the language, for seconds=N or runs=N
 # make test-stability   rays and geometry that break things; STRESS=1 scale=0.1 filter=closed_*
 # make bench      structures against Embree         make bench-lang  language against C, POV-Ray
+# make bench-sim  simulations against bare loops around ODE and CVODE
 # make thesis     the tables of the thesis that it all began with
 # config=release|debug|asan|ubsan selects flags and the folder build/$(config).
 
@@ -178,6 +179,11 @@ run-bench: $(B)/bench-accel
 bench-lang: st4 $(B)/bench-lang
 	@ST4=$(B)/st4 BENCH=$(B)/bench-lang tests/bench/bench_lang.sh
 
+# Simulations against bare loops around ODE and CVODE: boxes=1000, sparks=10000 say how many.
+.PHONY: bench-sim
+bench-sim: st4 $(B)/bench-sim
+	@ST4=$(B)/st4 BENCH=$(B)/bench-sim boxes=$(boxes) sparks=$(sparks) tests/bench/bench_sim.sh
+
 # The thesis' tables (section 7) on this machine: tests/bench/bench_thesis.sh names its variables;
 # obj=FILE takes the place of the dense mesh.
 .PHONY: thesis
@@ -187,6 +193,9 @@ thesis: st4
 
 $(B)/bench-lang: $(B)/tests/bench/bench_lang.o $(B)/tests/bench/deform_scene.o $(LIBRARY)
 	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) $(LDLIBS)
+
+$(B)/bench-sim: $(B)/tests/bench/bench_sim.o
+	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lode $(LDLIBS)
 
 $(B)/bench-accel: $(B)/tests/bench/bench_accel.o $(B)/tests/bench/scenes.o $(LIBRARY)
 	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lembree3 $(LDLIBS)

@@ -63,19 +63,29 @@ static void find_pose(const OdeBody *body, double at[3], double turn[4]) {
     turn[3] = q[0];
 }
 
-// Newtons on the body at t; false: not finite.
-static bool find_force(const OdeRun *run, const OdeBody *body, double t, double force[3]) {
+// Newtons on the body at t, where it has that velocity; false: not finite.
+static bool find_force(const OdeRun *run, const OdeBody *body, double t, const double velocity[3],
+                       double force[3]) {
     double in[IN_COUNT] = {[IN_T] = t, [IN_FILM_T] = t}, turn[4];
-    dVector3 velocity;
     memset(force, 0, 3 * sizeof *force);
     if (!body->about->force) {
         return true;
     }
     find_pose(body, &in[IN_PX], turn);
-    dBodyGetRelPointVel(body->id, -body->center[0], -body->center[1], -body->center[2], velocity);
     memcpy(&in[IN_WX], velocity, 3 * sizeof *in);
     run->evaluate(body->about->force, in, force);
     return isfinite(force[0]) && isfinite(force[1]) && isfinite(force[2]);
+}
+
+// The velocity between two steps, from those in their middles: so drag is of second order too. Not
+// after a step in which something was hit.
+static void predict_velocity(OdeBody *body, double velocity[3]) {
+    dVector3 now;
+    dBodyGetRelPointVel(body->id, -body->center[0], -body->center[1], -body->center[2], now);
+    for (int k = 0; k < 3; k++) {
+        velocity[k] = body->touches ? now[k] : now[k] + (now[k] - body->last[k]) / 2;
+        body->last[k] = now[k];
+    }
 }
 
 // Half a step early, so that velocities are those of the steps' middles.
@@ -94,10 +104,12 @@ static void start_body(const OdeRun *run, OdeBody *body) {
         v[k] = about->velocity[k] + around[k];
     }
     dBodySetLinearVel(body->id, v[0], v[1], v[2]);
-    find_force(run, body, run->sim->low, force);
+    find_force(run, body, run->sim->low, about->velocity, force);
     dBodyGetMass(body->id, &mass);
     for (int k = 0; k < 3; k++) {
-        v[k] -= run->sim->step / 2 * (run->sim->gravity[k] + force[k] / mass.mass);
+        double change = run->sim->step * (run->sim->gravity[k] + force[k] / mass.mass);
+        v[k] -= change / 2;
+        body->last[k] = about->velocity[k] - 1.5 * change;
     }
     dBodySetLinearVel(body->id, v[0], v[1], v[2]);
 }
@@ -252,16 +264,17 @@ static bool do_step(OdeRun *run, double t) {
     const SimRigid *sim = run->sim;
     for (uint32_t i = 0; i < sim->n_bodies; i++) {
         OdeBody *body = &run->bodies[i];
-        double force[3];
-        body->touches = false;
+        double force[3], velocity[3];
         if (body->about->motion) {
             drive(run, body, t);
         } else if (body->about->force) {
-            if (!find_force(run, body, t, force)) {
+            predict_velocity(body, velocity);
+            if (!find_force(run, body, t, velocity, force)) {
                 return refuse(run, body->member, t, "its force is not a finite number");
             }
             dBodyAddForce(body->id, force[0], force[1], force[2]);
         }
+        body->touches = false;
     }
     if (!sim_ode_touch(run)) {
         return refuse(run, UINT32_MAX, t, "there is no memory for its contacts");

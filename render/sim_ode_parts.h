@@ -14,6 +14,7 @@ typedef struct {
     const RigidBody *about;
     dBodyID id;       // NULL: it is fixed and does not move
     double center[3]; // of mass, in the body's block
+    double last[3];   // velocity of its origin a step earlier, where a force reads it
     bool touches, is_jointed;
     uint32_t member;
     uint32_t island; // the number of another body in it, or its own

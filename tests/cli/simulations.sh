@@ -54,6 +54,23 @@ END
     all_below 2e-7
 }
 
+# The tables of the manual: what is measured stays below what stands there.
+test_sim_accuracy_is_as_the_manual_says() {
+    local kind name measured stated row i n=0
+    expect 0 "$ROOT/tests/sim_accuracy"
+    while IFS='|' read -r kind name measured; do
+        row=$(sed -n "/errors of $kind\$/,/errors end/p" "$ROOT/man/st4.5" | grep -F ".It $name Ta ")
+        [ -n "$row" ] || fail "the manual has no row '$name' for sim $kind"
+        row=${row#".It $name Ta "}
+        for i in 1 2 3; do
+            stated=$(sed 's/ Ta /|/g' <<<"$row" | cut -d'|' -f$i)
+            below "$(cut -d'|' -f$i <<<"$measured")" "$stated"
+            n=$((n + 1))
+        done
+    done <<<"$out"
+    [ $n = 42 ] || fail "$n figures"
+}
+
 # Two balls of one weight swap their speeds: each gets the one that the other had before.
 test_sim_collision() {
     cat >a.st4 <<'END'
@@ -243,6 +260,9 @@ test_sim_mistakes() {
     refused "$start v' = 1  q = 0  q' = 1 }" "'v' has a rate, but no start value"
     refused "$start q = 0  q' = 1  when q > 1 { w = 2 } }" "'w' has an assignment, but no start"
     refused "$start q = 0  q' = 1  sphere { } }" "'sim state' holds settings"
+    if [ -n "${STRESS-}" ]; then
+        refused "$start span = 0..1e9  q = 1  w = 0  q' = w  w' = -q }" 'more than four million steps'
+    fi
     refused "$start }" 'has no states'
     refused "sim stat S { q = 0  q' = 1 } sphere { }" 'there is no sim stat'
     refused "$start q = 0  q' = 1 } sphere { radius = S.r }" "S has no member 'r'"
