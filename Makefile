@@ -5,6 +5,7 @@
 # make fuzz       fuzzes the language, for seconds=N or runs=N
 # make test-stability   rays and geometry that break things; STRESS=1 scale=0.1 filter=closed_*
 # make bench      structures against Embree         make bench-lang  language against C, POV-Ray
+# make bench-sim  simulations against bare loops around ODE and CVODE
 # make thesis     the tables of the thesis that it all began with
 # make gallery    all examples in one picture
 # config=release|debug|asan|ubsan selects flags and the folder build/$(config).
@@ -44,7 +45,8 @@ LDLIBS := -lOpenEXRCore-3_1 -lsleef -lz -lsundials_cvode -lsundials_nvecserial \
           -lsundials_sunnonlinsolfixedpoint -lsundials_sunlinsolspgmr -lm -ldl $(LDLIBS_$(config))
 
 # Files that are loaded when first needed, each a shared object of its own.
-PLUGINS := render/image_oiio.cpp render/mesh_assimp.c render/sim_ode.c
+ODE := render/sim_ode.c render/sim_ode_shape.c render/sim_ode_touch.c
+PLUGINS := render/image_oiio.cpp render/mesh_assimp.c $(ODE)
 # Files named *_avx2.c (and *_avx512.c) are the only ones compiled for that instruction set.
 ISA_avx2 := -mavx2 -mfma -mf16c -mbmi -mbmi2
 ISA_avx512 := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mfma
@@ -77,7 +79,7 @@ $(B)/st4-image.so: $(B)/render/image_oiio.o
 $(B)/st4-assimp.so: $(B)/render/mesh_assimp.o
 	$(CC) -shared $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lassimp
 
-$(B)/st4-ode.so: $(B)/render/sim_ode.o
+$(B)/st4-ode.so: $(ODE:%.c=$(B)/%.o)
 	$(CC) -shared $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lode -lm
 
 $(B)/st4-tests: $(TESTS) $(LIBRARY) | $(B)/st4-image.so $(B)/st4-assimp.so $(B)/st4-ode.so
@@ -137,8 +139,9 @@ test-stability: $(B)/st4-stability
 FUZZED := $(filter-out $(MAIN) lang/command% lang/session.c lang/options.c lang/help.c \
             lang/frame_list.c lang/sim_cache.c,$(wildcard lang/*.c)) $(wildcard render/program*.c) \
           $(filter-out %/mesh_child.c %/mesh_assimp.c,$(wildcard render/mesh*.c)) \
-          render/point_cache.c render/shutter.c render/sim_course.c render/texture.c \
-          render/plugin.c accel/arena_array.c
+          render/mover.c render/point_cache.c render/shutter.c render/sim_course.c \
+          render/sim_solid.c render/snapshot.c render/texture.c render/plugin.c \
+          accel/arena_array.c
 FUZZER := $(wildcard tests/fuzz/*.c)
 FUZZ_OBJECTS := $(FUZZED:%.c=$(FUZZ)/%.o) $(FUZZER:%.c=$(FUZZ)/%.o)
 FUZZ_SANITIZERS := address,undefined,float-cast-overflow
@@ -193,6 +196,11 @@ gallery: st4
 	@$(MAKE) --no-print-directory deps MORE_PACKAGES="$(GALLERY_PACKAGES)"
 	@ST4=$(B)/st4 spp=$(spp) man/gallery
 
+# Simulations against bare loops around ODE and CVODE: boxes=1000, sparks=10000 say how many.
+.PHONY: bench-sim
+bench-sim: st4 $(B)/bench-sim
+	@ST4=$(B)/st4 BENCH=$(B)/bench-sim boxes=$(boxes) sparks=$(sparks) tests/bench/bench_sim.sh
+
 # The thesis' tables (section 7) on this machine: tests/bench/bench_thesis.sh names its variables;
 # obj=FILE takes the place of the dense mesh.
 .PHONY: thesis
@@ -205,6 +213,9 @@ $(B)/bench-lang: $(B)/tests/bench/bench_lang.o $(B)/tests/bench/deform_scene.o $
 
 $(B)/bench-instances: $(B)/tests/bench/bench_instances.o $(B)/tests/script_scene.o $(LIBRARY)
 	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lembree3 $(LDLIBS)
+$(B)/bench-sim: $(B)/tests/bench/bench_sim.o
+	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lode $(LDLIBS)
+
 $(B)/bench-accel: $(B)/tests/bench/bench_accel.o $(B)/tests/bench/scenes.o $(LIBRARY)
 	$(CC) $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lembree3 $(LDLIBS)
 
@@ -219,4 +230,4 @@ clean:
 	rm -rf build st4
 
 -include $(patsubst %.o,%.d,$(OBJECTS) $(FUZZ_OBJECTS) $(TESTS) $(STABILITY) \
-    $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o $(B)/render/sim_ode.o)
+    $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o $(ODE:%.c=$(B)/%.o))

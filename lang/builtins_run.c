@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "lang/color.h"
+#include "lang/eval_sim.h"
 #include "lang/functions.h"
 #include "lang/loader.h"
 #include "lang/watch.h"
@@ -253,6 +254,10 @@ static Value run_at(const BuiltinCall *call) {
     }
     count_growth(call, n_before);
     return value_like(call->ev->arena, e, refs);
+}
+
+static Value run_near(const BuiltinCall *call) {
+    return eval_sim_near(call->ev, call->env, call->node, call->args);
 }
 
 // ---- Chance

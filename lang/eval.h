@@ -59,6 +59,7 @@ typedef struct {
     const struct RunLoop *runs;        // those of them that are runs
     struct Loader *loader;             // lang/loader.h
     struct Watches *watches;           // lang/watch.h
+    struct SimNears *nears;            // of the sim state under evaluation; NULL: none is
     const struct Simulator *simulator; // lang/simulator.h; NULL: nothing is simulated
     Scope *predefined;
     const Node *material_callee; // the function of the call that a material is expected of, or NULL

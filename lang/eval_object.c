@@ -204,6 +204,13 @@ static void bind_variables(Eval *ev, Object *object, NodeId block) {
     }
 }
 
+void eval_node_begin(Eval *ev, Object *object, NodeId block) {
+    object_begin(ev, object);
+    eval_declare(ev, &object->env, block);
+    bind_variables(ev, object, block);
+    eval_gather(ev, &object->env, object, block);
+}
+
 // The nodes that have such a function: "mesh and surface"; NULL: none has.
 static const char *owners_of(Eval *ev, const char *name) {
     const char *owners = NULL;
@@ -327,10 +334,7 @@ static void eval_kind(Eval *ev, const Env *env, const Place *place, NodeId state
         refuse_args(ev, &object);
         return;
     }
-    object_begin(ev, &object);
-    eval_declare(ev, &object.env, parts->block);
-    bind_variables(ev, &object, parts->block);
-    eval_gather(ev, &object.env, &object, parts->block);
+    eval_node_begin(ev, &object, parts->block);
     if (node_infos[kind].status == SCHEMA_LATER) {
         eval_error_at(ev, object.where, NULL, "not supported yet: %s", object.name);
     } else {

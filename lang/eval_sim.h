@@ -76,6 +76,15 @@ struct Sim {
     Ref *columns; // [n_states] likewise; REF_NONE: not made yet
 };
 
+// lang/eval_sim_near.c: near(places, radius, f) within the block of a sim state; args: its three.
+Value eval_sim_near(Eval *ev, const Env *env, NodeId node, const Value *args);
+
+// What near() of a block came to.
+typedef struct SimNears SimNears;
+SimNears *sim_nears_new(Eval *ev, Sim *sim);
+// As the simulation wants them, and added to its key.
+void sim_nears_finish(Eval *ev, SimNears *nears);
+
 // lang/eval_sim_state.c: evaluates the block. False: reported, or asked for.
 bool eval_sim_state(Eval *ev, Sim *sim);
 // lang/eval_sim_rigid.c: likewise.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of a `sim rigid`: their shapes, places and properties.
+// Bodies of a `sim rigid`: their places and properties.
 #include <math.h>
 #include <string.h>
 
@@ -7,10 +7,6 @@
 
 enum { LOOP_INPUTS = 15u << IN_LOOP0, CLOCKS = 1u << IN_T | 1u << IN_FILM_T };
 enum { FORCE_INPUTS = CLOCKS | 7u << IN_PX | 7u << IN_WX };
-
-typedef struct {
-    double at[3], turn[4];
-} Pose;
 
 static const Node *node_of(const Env *env, NodeId node) {
     return syntax_node(env->module->syntax, node);
@@ -67,10 +63,10 @@ static void parts_refs(const RefParts *p, Ref refs[RIGID_COLUMNS]) {
     memcpy(refs, all, sizeof all);
 }
 
-// The pose that an object's transforms come to. moving: may depend on time; gets the refs then.
-static bool pose_of(RigidBlock *b, const Object *object, Pose *pose, Ref *moving, bool *moves) {
+bool sim_rigid_pose(RigidBlock *b, const Object *object, RigidPose *pose, Ref *moving,
+                    bool *moves) {
     Dag *dag = b->ev->dag;
-    *pose = (Pose){{0}, {0, 0, 0, 1}};
+    *pose = (RigidPose){{0}, {0, 0, 0, 1}};
     if (object->is_identity) {
         return true;
     }
@@ -112,151 +108,6 @@ static bool pose_of(RigidBlock *b, const Object *object, Pose *pose, Ref *moving
     memcpy(pose->at, x, sizeof pose->at);
     memcpy(pose->turn, x + 3, sizeof pose->turn);
     return true;
-}
-
-static void rotate(const double q[4], const double v[3], double out[3]) {
-    double c[3] = {q[1] * v[2] - q[2] * v[1], q[2] * v[0] - q[0] * v[2], q[0] * v[1] - q[1] * v[0]};
-    for (int k = 0; k < 3; k++) {
-        int i = (k + 1) % 3, j = (k + 2) % 3;
-        out[k] = v[k] + 2 * (q[3] * c[k] + q[i] * c[j] - q[j] * c[i]);
-    }
-}
-
-static void multiply(const double a[4], const double b[4], double out[4]) {
-    const double q[4] = {a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
-                         a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
-                         a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3],
-                         a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2]};
-    memcpy(out, q, sizeof q);
-}
-
-// ---- Shapes
-
-// The turn from z to a direction.
-static void turn_to(const double d[3], double length, double turn[4]) {
-    double w = 1 + d[2] / length, x = -d[1] / length, y = d[0] / length;
-    double norm = sqrt(w * w + x * x + y * y);
-    const double about_x[4] = {1, 0, 0, 0};
-    const double q[4] = {x / norm, y / norm, 0, w / norm};
-    memcpy(turn, norm > 1e-9 ? q : about_x, sizeof q);
-}
-
-static bool cylinder_of(RigidBlock *b, const Object *object, RigidShape *shape) {
-    double from[3], to[3], d[3];
-    if (!sim_rigid_numbers(b, object, PROPERTY_CYLINDER_FROM, from) ||
-        !sim_rigid_numbers(b, object, PROPERTY_CYLINDER_TO, to) ||
-        !sim_rigid_numbers(b, object, PROPERTY_CYLINDER_RADIUS, &shape->size[0])) {
-        return false;
-    }
-    for (int k = 0; k < 3; k++) {
-        d[k] = to[k] - from[k];
-        shape->at[k] = (from[k] + to[k]) / 2;
-    }
-    shape->size[1] = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-    if (shape->size[1] > 0) {
-        turn_to(d, shape->size[1], shape->turn);
-    }
-    return true;
-}
-
-static bool plane_of(RigidBlock *b, const Object *object, const Pose *body, RigidShape *shape) {
-    double n[3], offset, turned[3];
-    if (!sim_rigid_numbers(b, object, PROPERTY_PLANE_NORMAL, n) ||
-        !sim_rigid_numbers(b, object, PROPERTY_PLANE_OFFSET, &offset)) {
-        return false;
-    }
-    double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    rotate(body->turn, n, turned);
-    shape->plane[3] = offset;
-    for (int k = 0; k < 3; k++) {
-        shape->plane[k] = turned[k] / length;
-        shape->plane[3] += shape->plane[k] * body->at[k];
-    }
-    return true;
-}
-
-static bool size_of(RigidBlock *b, const Object *object, const Pose *body, bool is_still,
-                    RigidShape *shape) {
-    switch (object->kind) {
-    case OBJECT_BOX:
-        shape->kind = RIGID_BOX;
-        return sim_rigid_numbers(b, object, PROPERTY_BOX_SIZE, shape->size);
-    case OBJECT_SPHERE:
-        shape->kind = RIGID_SPHERE;
-        return sim_rigid_numbers(b, object, PROPERTY_SPHERE_CENTER, shape->at) &&
-               sim_rigid_numbers(b, object, PROPERTY_SPHERE_RADIUS, shape->size);
-    case OBJECT_CYLINDER:
-        shape->kind = RIGID_CYLINDER;
-        return cylinder_of(b, object, shape);
-    case OBJECT_PLANE:
-        shape->kind = RIGID_PLANE;
-        if (is_still && object->is_identity) {
-            return plane_of(b, object, body, shape);
-        }
-        eval_error_at(b->ev, object->where, "write normal and offset, in a fixed body",
-                      "a plane of a sim rigid stands still, without transforms of its own");
-        return sim_rigid_fail(b);
-    default:
-        eval_error_at(b->ev, object->where, NULL, "not supported yet: %s in 'sim rigid'",
-                      object->name);
-        return sim_rigid_fail(b);
-    }
-}
-
-static bool is_solid(const RigidShape *shape) {
-    const double *s = shape->size;
-    return shape->kind == RIGID_PLANE    ? isfinite(shape->plane[3])
-           : shape->kind == RIGID_SPHERE ? s[0] > 0
-           : shape->kind == RIGID_BOX    ? s[0] > 0 && s[1] > 0 && s[2] > 0
-                                         : s[0] > 0 && s[1] > 0;
-}
-
-static void read_shape(RigidBlock *b, const Env *env, NodeId statement, const Pose *body,
-                       bool is_still) {
-    Eval *ev = b->ev;
-    const uint32_t *extra = env->module->syntax->extra + node_of(env, statement)->a;
-    const Node *path = node_of(env, extra[1]);
-    const char *name = path->kind == NODE_NAME ? symbol_text(ev->symbols, path->a) : "";
-    ObjectKind kind = schema_node(name);
-    Span where = syntax_name_span(env->module->syntax, statement);
-    if (kind == OBJECT_KINDS || node_infos[kind].class != NODE_CLASS_SHAPE) {
-        eval_error_at(ev, where, NULL,
-                      "a body is made of box, sphere, cylinder, and plane where it is fixed");
-        sim_rigid_fail(b);
-        return;
-    }
-    Object object = {
-        .kind = kind, .name = node_infos[kind].name, .where = where, .is_identity = true};
-    Pose pose;
-    RigidShape shape = {.turn = {0, 0, 0, 1}};
-    object.env = (Env){env->module, scope_new(ev->arena, env->scope)};
-    object_begin(ev, &object);
-    eval_declare(ev, &object.env, extra[6]);
-    eval_gather(ev, &object.env, &object, extra[6]);
-    bool is_fine =
-        size_of(b, &object, body, is_still, &shape) && pose_of(b, &object, &pose, NULL, NULL);
-    if (is_fine && !is_solid(&shape)) {
-        eval_error_at(ev, where, NULL, "a shape of a rigid body has a size above 0");
-        is_fine = sim_rigid_fail(b);
-    }
-    if (is_fine) {
-        double at[3];
-        rotate(pose.turn, shape.at, at);
-        for (int k = 0; k < 3; k++) {
-            shape.at[k] = at[k] + pose.at[k];
-        }
-        multiply(pose.turn, shape.turn, shape.turn);
-        b->shapes =
-            arena_grow(ev->arena, b->shapes, b->n_shapes, &b->shapes_capacity, sizeof *b->shapes);
-        b->shapes[b->n_shapes++] = shape;
-        const double kind_of_it = shape.kind;
-        sim_rigid_hash(b, &kind_of_it, 1);
-        sim_rigid_hash(b, shape.size, 3);
-        sim_rigid_hash(b, shape.at, 3);
-        sim_rigid_hash(b, shape.turn, 4);
-        sim_rigid_hash(b, shape.plane, 4);
-    }
-    object_end(ev, &object);
 }
 
 // ---- Bodies
@@ -322,15 +173,19 @@ static bool read_properties(RigidBlock *b, const Object *object, RigidBody *body
     return is_fine;
 }
 
-static void read_shapes(RigidBlock *b, const Object *object, NodeId block, RigidBody *body) {
+static const char *label_text(RigidBlock *b, const RigidLabel *label) {
+    const char *name = label->name ? symbol_text(b->ev->symbols, label->name) : "fixed";
+    return label->has_index ? arena_printf(b->ev->arena, "%s[%.15g]", name, label->index) : name;
+}
+
+static void read_shapes(RigidBlock *b, const Object *object, NodeId block, RigidOwner owner,
+                        RigidBody *body) {
     const Node *node = node_of(&object->env, block);
-    const Pose pose = {{body->at[0], body->at[1], body->at[2]},
-                       {body->turn[0], body->turn[1], body->turn[2], body->turn[3]}};
     body->first_shape = (uint32_t)b->n_shapes;
     for (uint32_t i = 0; i < node->b; i++) {
         NodeId statement = object->env.module->syntax->extra[node->a + i];
         if (node_of(&object->env, statement)->kind == NODE_OBJECT) {
-            read_shape(b, &object->env, statement, &pose, body->is_fixed && !body->motion);
+            sim_rigid_shape(b, &object->env, statement, &owner);
             eval_statement_ends(b->ev);
         }
     }
@@ -350,7 +205,7 @@ void sim_rigid_body(RigidBlock *b, const Env *env, NodeId statement, bool is_fix
                      .is_identity = true};
     RigidBody body = {.is_fixed = is_fixed};
     RigidLabel label;
-    Pose pose;
+    RigidPose pose;
     Ref motion[RIGID_COLUMNS];
     bool moves = false;
     if (!read_label(b, env, statement, is_fixed, &label)) {
@@ -364,12 +219,15 @@ void sim_rigid_body(RigidBlock *b, const Env *env, NodeId statement, bool is_fix
     unsigned n_errors = diag_n_errors(ev->diag);
     eval_gather(ev, &object.env, &object, extra[6]);
     bool is_fine = diag_n_errors(ev->diag) == n_errors ? true : sim_rigid_fail(b);
-    if (is_fine && pose_of(b, &object, &pose, is_fixed ? motion : NULL, &moves) &&
+    if (is_fine && sim_rigid_pose(b, &object, &pose, is_fixed ? motion : NULL, &moves) &&
         read_properties(b, &object, &body)) {
         memcpy(body.at, pose.at, sizeof body.at);
         memcpy(body.turn, pose.turn, sizeof body.turn);
         body.motion = moves ? compile(b, motion, RIGID_COLUMNS) : NULL;
-        read_shapes(b, &object, extra[6], &body);
+        double is_convex = 0;
+        sim_rigid_numbers(b, &object, PROPERTY_BODY_CONVEX, &is_convex);
+        const RigidOwner owner = {label_text(b, &label), &pose, is_fixed, moves, is_convex != 0};
+        read_shapes(b, &object, extra[6], owner, &body);
         const double numbers[] = {is_fixed,  moves,         body.force != NULL, body.density,
                                   body.mass, body.friction, body.bounce,        body.n_shapes};
         sim_rigid_hash(b, numbers, sizeof numbers / sizeof numbers[0]);

@@ -478,11 +478,15 @@ bool eval_sim_state(Eval *ev, Sim *sim) {
         for (uint32_t i = 0; i < b->n_states; i++) {
             rates[i] = dag_const(ev->dag, 0);
         }
+        SimNears *outer = ev->nears, *nears = sim_nears_new(ev, sim);
+        ev->nears = nears;
         read_dynamics(b, rates);
         compile_life(b);
+        ev->nears = outer;
         check_members(b);
         if (!b->is_bad) {
             compile_all(b, rates);
+            sim_nears_finish(ev, nears);
         }
     }
     object_end(ev, &b->object);

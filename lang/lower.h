@@ -6,6 +6,7 @@
 
 #include "lang/hash.h"
 #include "lang/object.h"
+#include "render/mesh.h"
 
 typedef struct {
     uint32_t n_shapes, n_lights;
@@ -30,6 +31,10 @@ LoweredOrder lowering_order(Lowering *lowering, uint32_t shape);
 
 // A node that was evaluated, at its place. Reports what is wrong with it.
 void lower_object(Eval *ev, const Object *object, const Place *place, const char *label);
+
+// The triangles of a shape at an instant, its transforms included, of the arena of the evaluator;
+// for rigid bodies, so it may not change its form over time. False: reported, or asked for.
+bool lower_body_mesh(Eval *ev, const Object *object, double seconds, Mesh *mesh);
 
 // The film's fps, as soon as it is known; the film is evaluated first of all.
 void lower_fps(Eval *ev, const Object *film);

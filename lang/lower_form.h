@@ -23,6 +23,9 @@ typedef struct {
     Ref color[3]; // instead of the material's; REF_NONE: that
 } Form;
 
+// lang/lower_shape.c: of any shape but points. False: reported, or there is nothing to see.
+bool lower_form(Eval *ev, const Object *object, const Place *place, Form *form);
+
 // lang/lower_mesh.c: the mesh of a `mesh`, with what moves it. False: reported.
 bool lower_mesh_form(Eval *ev, const Object *object, Form *form);
 

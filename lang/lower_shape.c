@@ -156,7 +156,7 @@ static bool plane_form(Eval *ev, const Object *object, Form *form) {
     return true;
 }
 
-static bool make_form(Eval *ev, const Object *object, const Place *place, Form *form) {
+bool lower_form(Eval *ev, const Object *object, const Place *place, Form *form) {
     *form = (Form){.kind = SHAPE_MESH,
                    .vertex = {REF_NONE, REF_NONE, REF_NONE},
                    .rest = {REF_NONE, REF_NONE, REF_NONE},
@@ -412,7 +412,7 @@ void lower_shape(Eval *ev, const Object *object, const Place *place, const char 
     }
     if (object->kind == OBJECT_POINTS) {
         lower_points(ev, object, place, label, emit_shape);
-    } else if (make_form(ev, object, place, &form)) {
+    } else if (lower_form(ev, object, place, &form)) {
         emit_shape(ev, object, place, label, &form);
     }
 }

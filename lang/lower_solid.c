@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Round solids: cylinder, cone, torus, disc, cut into triangles with the exact normals.
+// Round solids: cylinder, capsule, cone, torus, disc, cut into triangles with the exact normals.
 //
 // Solids of one form share a mesh of unit size under a map of their own, so that thousands of them
 // cost one tree, and motion of their ends and radii is exact at every ray's time. Only where the
@@ -24,6 +24,9 @@ static double cosine(double angle) {
 static uint32_t steps_around(Eval *ev, const Place *place) {
     const double pi = 3.141592653589793;
     const Lowering *l = ev->lowering;
+    if (place->steps) {
+        return place->steps;
+    }
     double tolerance = 0.25,
            height = l->overrides.height ? l->overrides.height : l->scene->film.height;
     if (place->tolerance && place->tolerance->value.n == 1) {
@@ -92,6 +95,48 @@ static const Mesh *make_cone(Eval *ev, uint32_t n, double base, double top) {
     return mesh;
 }
 
+// One circle of a capsule: `up` from the middle of its half sphere, where that is a unit wide.
+static void add_circle(Mesh *mesh, uint32_t n, double ratio, double y, double out, double up,
+                       double v) {
+    double length =
+        sqrt(ratio * ratio * out * out + up * up); // of the normal, under the map's scale
+    for (uint32_t i = 0; i <= n; i++) {
+        Around a = around(i, n, 0);
+        const double p[3] = {out * a.sin, y + ratio * up, out * a.cos};
+        const double normal[3] = {ratio * out * a.sin / length, up / length,
+                                  ratio * out * a.cos / length};
+        lower_mesh_vertex(mesh, p, normal, (double)i / n, v);
+    }
+}
+
+// Of radius 1 across and half spheres of the height `ratio` below y = 0 and above y = 1.
+static const Mesh *make_capsule(Eval *ev, uint32_t n, double ratio) {
+    const double right = 1.5707963267948966;
+    uint32_t m = n / 4, rows = 2 * m + 2;
+    double whole = 2 * right * ratio + 1; // the way from tip to tip
+    Mesh *mesh = lower_mesh_new(ev, rows * (n + 1), 2 * n * (rows - 1), true);
+    for (uint32_t j = 0; j < rows; j++) {
+        bool is_upper = j > m;
+        uint32_t step = is_upper ? j - m - 1 : m - j; // from the widest circle to the tip
+        double angle = right * step / m, way = ratio * angle;
+        double up = step == m ? 1 : sine(angle), out = step == m ? 0 : cosine(angle);
+        add_circle(mesh, n, ratio, is_upper, out, is_upper ? up : -up,
+                   (right * ratio + (is_upper ? 1 + way : -way)) / whole);
+    }
+    for (uint32_t j = 0; j + 1 < rows; j++) {
+        for (uint32_t i = 0; i < n; i++) {
+            uint32_t a = j * (n + 1) + i, d = a + n + 1;
+            if (j > 0) { // the vertices of the first and the last row are at one place
+                lower_mesh_triangle(mesh, a, a + 1, d + 1);
+            }
+            if (j + 2 < rows) {
+                lower_mesh_triangle(mesh, a, d + 1, d);
+            }
+        }
+    }
+    return mesh;
+}
+
 static const Mesh *make_disc(Eval *ev, uint32_t n) {
     Mesh *mesh = lower_mesh_new(ev, n + 1, n, true);
     add_cap(mesh, n, 1, 0, 1);
@@ -132,9 +177,10 @@ static const Mesh *shared_mesh(Eval *ev, ObjectKind kind, uint32_t steps, double
             return solid->mesh;
         }
     }
-    const Mesh *mesh = kind == OBJECT_DISC    ? make_disc(ev, steps)
-                       : kind == OBJECT_TORUS ? make_torus(ev, steps, a, b)
-                                              : make_cone(ev, steps, a, b);
+    const Mesh *mesh = kind == OBJECT_DISC      ? make_disc(ev, steps)
+                       : kind == OBJECT_TORUS   ? make_torus(ev, steps, a, b)
+                       : kind == OBJECT_CAPSULE ? make_capsule(ev, steps, b)
+                                                : make_cone(ev, steps, a, b);
     l->solids[l->next_solid++ % LOWERING_SOLIDS] = (SharedSolid){kind, steps, a, b, mesh};
     return mesh;
 }
@@ -259,6 +305,38 @@ static bool frustum_form(Eval *ev, const Object *object, uint32_t steps, Form *f
     return true;
 }
 
+// ---- Capsules
+
+static bool capsule_form(Eval *ev, const Object *object, uint32_t steps, Form *form) {
+    Ref3 from, to;
+    Ref radius, one = dag_const(ev->dag, 1), p_y = dag_input(ev->dag, IN_PY);
+    double r, l;
+    if (!lower_vec3(ev, object, PROPERTY_CAPSULE_FROM, &from) ||
+        !lower_vec3(ev, object, PROPERTY_CAPSULE_TO, &to) ||
+        !lower_scalar(ev, object, PROPERTY_CAPSULE_RADIUS, &radius)) {
+        return false;
+    }
+    Ref3 up = spatial_sub(ev->dag, to, from);
+    if (is_zero(ev, up)) {
+        eval_error_at(ev, object->where, "write sphere { }", "from and to are the same point");
+        return false;
+    }
+    Ref length = spatial_length(ev->dag, up);
+    bool is_known = dag_is_const(ev->dag, radius, &r) && dag_is_const(ev->dag, length, &l);
+    form->own = axis_map(ev, from, up, radius);
+    form->mesh = shared_mesh(ev, OBJECT_CAPSULE, steps, 1, is_known ? r / l : 1);
+    if (!is_known) { // the half spheres, a unit high, get their height
+        Ref over = op2(ev, OP_MAX, op2(ev, OP_SUB, p_y, one), dag_const(ev->dag, 0));
+        Ref under = op2(ev, OP_MIN, p_y, dag_const(ev->dag, 0));
+        Ref within = op2(ev, OP_SUB, op2(ev, OP_SUB, p_y, over), under);
+        Ref ends = op2(ev, OP_MUL, op2(ev, OP_ADD, over, under), op2(ev, OP_DIV, radius, length));
+        form->vertex[0] = dag_input(ev->dag, IN_PX);
+        form->vertex[1] = op2(ev, OP_ADD, within, ends);
+        form->vertex[2] = dag_input(ev->dag, IN_PZ);
+    }
+    return !is_known || r > 0;
+}
+
 // ---- Rings and discs
 
 static bool torus_form(Eval *ev, const Object *object, uint32_t steps, Form *form) {
@@ -312,9 +390,10 @@ static bool disc_form(Eval *ev, const Object *object, uint32_t steps, Form *form
 bool lower_solid_form(Eval *ev, const Object *object, const Place *place, Form *form) {
     uint32_t steps = steps_around(ev, place);
     form->is_mapped = form->is_solid = true;
-    bool is_there = object->kind == OBJECT_TORUS  ? torus_form(ev, object, steps, form)
-                    : object->kind == OBJECT_DISC ? disc_form(ev, object, steps, form)
-                                                  : frustum_form(ev, object, steps, form);
+    bool is_there = object->kind == OBJECT_TORUS     ? torus_form(ev, object, steps, form)
+                    : object->kind == OBJECT_DISC    ? disc_form(ev, object, steps, form)
+                    : object->kind == OBJECT_CAPSULE ? capsule_form(ev, object, steps, form)
+                                                     : frustum_form(ev, object, steps, form);
     memcpy(form->rest, form->vertex, sizeof form->rest);
     return is_there;
 }

@@ -29,6 +29,7 @@ typedef struct {
     // Ball[12], or joined as Ball12.
     bool has_number, is_joined;
     Ref number;
+    uint32_t steps;    // around circles; 0: as many as the picture wants
     bool is_outermost; // no node's block is around: film and its like stand here
     // Within an instance, what its own clock (IN_T) shows, by the film's (IN_FILM_T); REF_NONE: the
     // film's itself. What stands above is by IN_T where it was written within the instance, by
@@ -83,6 +84,10 @@ void eval_transform(Eval *ev, const Env *env, Object *object, NodeId statement);
 bool eval_check_vec3(Eval *ev, Span where, const char *what, const Value *value, uint32_t inputs);
 
 // ---- lang/eval_object.c
+
+// Evaluates the properties and transforms of a node whose kind and env, a scope of its own, are
+// set; object_end ends it.
+void eval_node_begin(Eval *ev, Object *object, NodeId block);
 
 // A node, a copy or an instance: NODE_OBJECT.
 void eval_object(Eval *ev, const Env *env, const Place *place, NodeId statement);

@@ -16,7 +16,7 @@
 
 typedef MeshStatus Reader(Arena *arena, MeshText *text, Mesh *mesh);
 
-static const MeshChildLimits child_limits = {.memory = (size_t)4 << 30, .seconds = 60, .wait = 120};
+static const ChildLimits child_limits = {.memory = (size_t)4 << 30, .seconds = 60, .wait = 120};
 
 static bool ends_in(const char *path, const char *ending) {
     const char *dot = strrchr(path, '.');

@@ -3,26 +3,16 @@
 #include "render/mesh_child.h"
 
 #include <errno.h>
-#include <poll.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "accel/clock.h"
 #include "render/child.h"
 #include "render/mesh_assimp.h"
 #include "render/mesh_build.h"
 #include "render/plugin.h"
-
-// The parent's end.
-typedef struct {
-    pid_t pid;
-    int fd;
-    double deadline; // seconds of the monotonic clock
-    bool is_late;
-} Child;
 
 // ---- in the child
 
@@ -42,68 +32,6 @@ void mesh_child_assimp(const void *path, int fd) {
 }
 
 // ---- in the parent
-
-// False at the end of the stream, on an error, or too late.
-static bool receive(Child *child, void *to, size_t n) {
-    for (size_t done = 0; done < n;) {
-        double left = child->deadline - clock_seconds();
-        struct pollfd p = {.fd = child->fd, .events = POLLIN};
-        int ready = left > 0 ? poll(&p, 1, (int)(left * 1000) + 1) : 0;
-        if (ready == 0) {
-            child->is_late = true;
-            return false;
-        }
-        if (ready < 0 && errno == EINTR) {
-            continue;
-        }
-        ssize_t got = ready < 0 ? -1 : read(child->fd, (char *)to + done, n - done);
-        if (got < 0 && errno == EINTR) {
-            continue;
-        }
-        if (got <= 0) {
-            return false;
-        }
-        done += (size_t)got;
-    }
-    return true;
-}
-
-static bool start(Child *child, MeshChildBody *body, const void *argument,
-                  const MeshChildLimits *limits) {
-    int ends[2];
-    if (pipe(ends) != 0) {
-        return false;
-    }
-    child->deadline = clock_seconds() + limits->wait;
-    child->fd = ends[0];
-    child->pid = fork();
-    if (child->pid == 0) {
-        close(ends[0]);
-        child_confine(limits->memory, limits->seconds);
-        body(argument, ends[1]);
-        _exit(0);
-    }
-    close(ends[1]);
-    if (child->pid < 0) {
-        int code = errno;
-        close(ends[0]);
-        errno = code;
-        return false;
-    }
-    return true;
-}
-
-// How it ended; killed where it still runs, since nothing more is wanted from it.
-static int stop(Child *child, bool is_wanted) {
-    int status = 0;
-    close(child->fd);
-    if (is_wanted || child->is_late) {
-        kill(child->pid, SIGKILL);
-    }
-    while (waitpid(child->pid, &status, 0) < 0 && errno == EINTR) {
-    }
-    return status;
-}
 
 static MeshStatus explain(const Child *child, int status, char *message, size_t n) {
     int by = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
@@ -135,10 +63,10 @@ static bool receive_arrays(Child *child, Arena *arena, const MeshStream *header,
     mesh->normal = header->has_normal ? ARENA_ARRAY(arena, 3 * n, float) : NULL;
     mesh->uv = header->has_uv ? ARENA_ARRAY(arena, 2 * n, float) : NULL;
     mesh->index = ARENA_ARRAY(arena, 3 * m, uint32_t);
-    return receive(child, mesh->position, 3 * n * sizeof(double)) &&
-           (!mesh->normal || receive(child, mesh->normal, 3 * n * sizeof(float))) &&
-           (!mesh->uv || receive(child, mesh->uv, 2 * n * sizeof(float))) &&
-           receive(child, mesh->index, 3 * m * sizeof(uint32_t));
+    return child_receive(child, mesh->position, 3 * n * sizeof(double)) &&
+           (!mesh->normal || child_receive(child, mesh->normal, 3 * n * sizeof(float))) &&
+           (!mesh->uv || child_receive(child, mesh->uv, 2 * n * sizeof(float))) &&
+           child_receive(child, mesh->index, 3 * m * sizeof(uint32_t));
 }
 
 static MeshStatus check(Mesh *mesh, char *message, size_t n) {
@@ -165,23 +93,23 @@ static void copy_message(const MeshStream *header, char *message, size_t n) {
     message[length] = '\0';
 }
 
-MeshStatus mesh_child_read(Arena *arena, MeshChildBody *body, const void *argument,
-                           const MeshChildLimits *limits, Mesh *mesh, char *message, size_t n) {
-    Child child = {0};
+MeshStatus mesh_child_read(Arena *arena, ChildBody *body, const void *argument,
+                           const ChildLimits *limits, Mesh *mesh, char *message, size_t n) {
+    Child child;
     MeshStream header;
-    if (!start(&child, body, argument, limits)) {
+    if (!child_start(&child, body, argument, limits)) {
         snprintf(message, n, "cannot start the reader: %s", strerror(errno));
         return MESH_BAD_FORMAT;
     }
-    bool is_whole = receive(&child, &header, sizeof header);
+    bool is_whole = child_receive(&child, &header, sizeof header);
     bool is_refused = is_whole && is_plausible(&header) && header.status != MESH_OK;
     if (is_whole && !is_plausible(&header)) {
-        stop(&child, true);
+        child_stop(&child, false);
         snprintf(message, n, "the reader in its own process sent nonsense");
         return MESH_BAD_FORMAT;
     }
     is_whole = is_refused || (is_whole && receive_arrays(&child, arena, &header, mesh));
-    int status = stop(&child, is_whole);
+    int status = child_stop(&child, !is_whole);
     if (!is_whole) {
         return explain(&child, status, message, n);
     }

@@ -1,87 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rigid bodies by ODE, in a process of their own: the one file that knows ODE.
+// Rigid bodies by ODE, in a process of their own: bodies, joints, steps.
 #include "render/sim_ode.h"
 
 #include <math.h>
-#include <ode/ode.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_CONTACTS = 16 };
+#include "render/sim_ode_parts.h"
 
-// Slower than this nothing bounces, m/s; bodies that are slower for half a second sleep.
-static const double least_bounce = 0.05, sleep_speed = 0.01, sleep_spin = 0.02, sleep_time = 0.5;
+// Bodies that are slower for so long, on the mean, sleep.
+static const double sleep_speed = 0.01, sleep_spin = 0.02, sleep_time = 0.5;
 static const double most_distance = 1e7, most_speed = 1e6; // beyond, a body has run away
 
-typedef struct {
-    const RigidBody *about;
-    dBodyID id;       // NULL: it is fixed and does not move
-    double center[3]; // of mass, in the body's block
-    bool touches;
-    uint32_t member;
-} Body;
-
-typedef struct {
-    const SimRigid *sim;
-    RigidEvaluate *evaluate;
-    dWorldID world;
-    dSpaceID space;
-    dJointGroupID contacts;
-    Body *bodies;
-    FILE *out;
-} Run;
-
-static void to_ode(const double turn[4], dQuaternion q) {
-    q[0] = turn[3];
-    memcpy(q + 1, turn, 3 * sizeof *q);
-}
-
-// ---- Shapes
-
-static dGeomID make_geom(dSpaceID space, const RigidShape *shape) {
-    switch (shape->kind) {
-    case RIGID_BOX:
-        return dCreateBox(space, shape->size[0], shape->size[1], shape->size[2]);
-    case RIGID_SPHERE:
-        return dCreateSphere(space, shape->size[0]);
-    case RIGID_CYLINDER:
-        return dCreateCylinder(space, shape->size[0], shape->size[1]);
-    case RIGID_PLANE:
-        return dCreatePlane(space, shape->plane[0], shape->plane[1], shape->plane[2],
-                            shape->plane[3]);
-    }
-    return NULL;
-}
-
-static void add_mass(dMass *total, const RigidShape *shape, double density) {
-    dMass mass;
-    dMatrix3 rotation;
-    dQuaternion q;
-    switch (shape->kind) {
-    case RIGID_BOX:
-        dMassSetBox(&mass, density, shape->size[0], shape->size[1], shape->size[2]);
-        break;
-    case RIGID_SPHERE:
-        dMassSetSphere(&mass, density, shape->size[0]);
-        break;
-    case RIGID_CYLINDER:
-        dMassSetCylinder(&mass, density, 3, shape->size[0], shape->size[1]);
-        break;
-    default:
-        return;
-    }
-    to_ode(shape->turn, q);
-    dQtoR(q, rotation);
-    dMassRotate(&mass, rotation);
-    dMassTranslate(&mass, shape->at[0], shape->at[1], shape->at[2]);
-    dMassAdd(total, &mass);
-}
+// ---- Places
 
 // A geom in the block of its body, whose centre of mass is ODE's origin.
-static void place_geom(const Body *body, dGeomID geom, const RigidShape *shape) {
+static void place_geom(const OdeBody *body, dGeomID geom, const RigidShape *shape) {
     dQuaternion q;
-    to_ode(shape->turn, q);
+    sim_ode_quaternion(shape->turn, q);
     if (shape->kind == RIGID_PLANE) {
         return;
     }
@@ -95,7 +32,7 @@ static void place_geom(const Body *body, dGeomID geom, const RigidShape *shape) 
     dQuaternion own, whole;
     dVector3 at;
     dMatrix3 rotation;
-    to_ode(body->about->turn, own);
+    sim_ode_quaternion(body->about->turn, own);
     dQMultiply0(whole, own, q);
     dQtoR(own, rotation);
     dMultiply0_331(at, rotation, shape->at);
@@ -106,16 +43,16 @@ static void place_geom(const Body *body, dGeomID geom, const RigidShape *shape) 
 
 // ---- Bodies
 
-static void set_pose(const Body *body, const double at[3], const double turn[4]) {
+static void set_pose(const OdeBody *body, const double at[3], const double turn[4]) {
     dQuaternion q;
     dVector3 center;
-    to_ode(turn, q);
+    sim_ode_quaternion(turn, q);
     dBodySetQuaternion(body->id, q);
     dBodyVectorToWorld(body->id, body->center[0], body->center[1], body->center[2], center);
     dBodySetPosition(body->id, at[0] + center[0], at[1] + center[1], at[2] + center[2]);
 }
 
-static void find_pose(const Body *body, double at[3], double turn[4]) {
+static void find_pose(const OdeBody *body, double at[3], double turn[4]) {
     dVector3 center;
     const dReal *p = dBodyGetPosition(body->id), *q = dBodyGetQuaternion(body->id);
     dBodyVectorToWorld(body->id, body->center[0], body->center[1], body->center[2], center);
@@ -126,23 +63,33 @@ static void find_pose(const Body *body, double at[3], double turn[4]) {
     turn[3] = q[0];
 }
 
-// Newtons on the body at t; false: not finite.
-static bool find_force(const Run *run, const Body *body, double t, double force[3]) {
+// Newtons on the body at t, where it has that velocity; false: not finite.
+static bool find_force(const OdeRun *run, const OdeBody *body, double t, const double velocity[3],
+                       double force[3]) {
     double in[IN_COUNT] = {[IN_T] = t, [IN_FILM_T] = t}, turn[4];
-    dVector3 velocity;
     memset(force, 0, 3 * sizeof *force);
     if (!body->about->force) {
         return true;
     }
     find_pose(body, &in[IN_PX], turn);
-    dBodyGetRelPointVel(body->id, -body->center[0], -body->center[1], -body->center[2], velocity);
     memcpy(&in[IN_WX], velocity, 3 * sizeof *in);
     run->evaluate(body->about->force, in, force);
     return isfinite(force[0]) && isfinite(force[1]) && isfinite(force[2]);
 }
 
+// The velocity between two steps, from those in their middles: so drag is of second order too. Not
+// after a step in which something was hit.
+static void predict_velocity(OdeBody *body, double velocity[3]) {
+    dVector3 now;
+    dBodyGetRelPointVel(body->id, -body->center[0], -body->center[1], -body->center[2], now);
+    for (int k = 0; k < 3; k++) {
+        velocity[k] = body->touches ? now[k] : now[k] + (now[k] - body->last[k]) / 2;
+        body->last[k] = now[k];
+    }
+}
+
 // Half a step early, so that velocities are those of the steps' middles.
-static void start_body(const Run *run, Body *body) {
+static void start_body(const OdeRun *run, OdeBody *body) {
     const RigidBody *about = body->about;
     double force[3], v[3];
     dMass mass;
@@ -157,21 +104,23 @@ static void start_body(const Run *run, Body *body) {
         v[k] = about->velocity[k] + around[k];
     }
     dBodySetLinearVel(body->id, v[0], v[1], v[2]);
-    find_force(run, body, run->sim->low, force);
+    find_force(run, body, run->sim->low, about->velocity, force);
     dBodyGetMass(body->id, &mass);
     for (int k = 0; k < 3; k++) {
-        v[k] -= run->sim->step / 2 * (run->sim->gravity[k] + force[k] / mass.mass);
+        double change = run->sim->step * (run->sim->gravity[k] + force[k] / mass.mass);
+        v[k] -= change / 2;
+        body->last[k] = about->velocity[k] - 1.5 * change;
     }
     dBodySetLinearVel(body->id, v[0], v[1], v[2]);
 }
 
-static bool make_body(Run *run, Body *body, const RigidBody *about) {
+static bool make_body(OdeRun *run, OdeBody *body, const RigidBody *about) {
     const RigidShape *shapes = run->sim->shapes + about->first_shape;
     dMass mass;
-    *body = (Body){.about = about};
+    *body = (OdeBody){.about = about};
     dMassSetZero(&mass);
     for (uint32_t i = 0; i < about->n_shapes && !about->is_fixed; i++) {
-        add_mass(&mass, &shapes[i], about->density);
+        sim_ode_add_mass(&mass, &shapes[i], about->density);
     }
     if (!about->is_fixed || about->motion) {
         body->id = dBodyCreate(run->world);
@@ -193,7 +142,7 @@ static bool make_body(Run *run, Body *body, const RigidBody *about) {
         dBodySetMass(body->id, &mass);
     }
     for (uint32_t i = 0; i < about->n_shapes; i++) {
-        dGeomID geom = make_geom(run->space, &shapes[i]);
+        dGeomID geom = sim_ode_geom(run->space, &shapes[i]);
         if (!geom) {
             return false;
         }
@@ -209,7 +158,7 @@ static bool make_body(Run *run, Body *body, const RigidBody *about) {
 }
 
 // A fixed body that moves: there now, with the velocity that takes it to where it is next.
-static void drive(const Run *run, Body *body, double t) {
+static void drive(const OdeRun *run, OdeBody *body, double t) {
     double now[RIGID_COLUMNS], next[RIGID_COLUMNS], h = run->sim->step;
     double in[IN_COUNT] = {[IN_T] = t, [IN_FILM_T] = t};
     run->evaluate(body->about->motion, in, now);
@@ -231,11 +180,17 @@ static void drive(const Run *run, Body *body, double t) {
 
 // ---- Joints and contacts
 
-static void make_joint(Run *run, const RigidJoint *about) {
+static void make_joint(OdeRun *run, const RigidJoint *about) {
     dBodyID a = about->a < 0 ? NULL : run->bodies[about->a].id;
     dBodyID b = about->b < 0 ? NULL : run->bodies[about->b].id;
     const double *p = about->at, *d = about->axis;
     dJointID joint;
+    for (int i = 0; i < 2; i++) {
+        int32_t body = i == 0 ? about->a : about->b;
+        if (body >= 0) {
+            run->bodies[body].is_jointed = true;
+        }
+    }
     switch (about->kind) {
     case RIGID_HINGE:
         joint = dJointCreateHinge(run->world, NULL);
@@ -261,39 +216,13 @@ static void make_joint(Run *run, const RigidJoint *about) {
     }
 }
 
-static bool may_move(const Body *body) {
-    return body->id && !body->about->is_fixed;
-}
-
-static void touch(void *data, dGeomID g1, dGeomID g2) {
-    Run *run = data;
-    Body *a = dGeomGetData(g1), *b = dGeomGetData(g2);
-    dContact contacts[MOST_CONTACTS];
-    if (a == b || (!may_move(a) && !may_move(b)) ||
-        (a->id && b->id && dAreConnectedExcluding(a->id, b->id, dJointTypeContact))) {
-        return;
-    }
-    int n = dCollide(g1, g2, MOST_CONTACTS, &contacts[0].geom, sizeof contacts[0]);
-    for (int i = 0; i < n; i++) {
-        dSurfaceParameters *surface = &contacts[i].surface;
-        *surface = (dSurfaceParameters){0};
-        surface->mode = dContactBounce | dContactApprox1;
-        surface->mu = sqrt(a->about->friction * b->about->friction);
-        surface->bounce = fmax(a->about->bounce, b->about->bounce);
-        surface->bounce_vel = least_bounce;
-        dJointID joint = dJointCreateContact(run->world, run->contacts, &contacts[i]);
-        dJointAttach(joint, a->id, b->id);
-        a->touches = b->touches = true;
-    }
-}
-
 // ---- Steps
 
-static bool put(Run *run, const void *bytes, size_t n) {
+static bool put(OdeRun *run, const void *bytes, size_t n) {
     return fwrite(bytes, n, 1, run->out) == 1;
 }
 
-static bool refuse(Run *run, uint32_t member, double time, const char *message) {
+static bool refuse(OdeRun *run, uint32_t member, double time, const char *message) {
     RigidStep step = {.magic = RIGID_STREAM_MAGIC, .is_bad = 1, .member = member, .time = time};
     snprintf(step.message, sizeof step.message, "%s", message);
     put(run, &step, sizeof step);
@@ -301,10 +230,10 @@ static bool refuse(Run *run, uint32_t member, double time, const char *message) 
 }
 
 // False: the pipe is closed, or a body has run away.
-static bool send_step(Run *run, double t) {
+static bool send_step(OdeRun *run, double t) {
     RigidStep step = {.magic = RIGID_STREAM_MAGIC};
     for (uint32_t m = 0; m < run->sim->n_members; m++) {
-        const Body *body = &run->bodies[run->sim->members[m]];
+        const OdeBody *body = &run->bodies[run->sim->members[m]];
         const dReal *p = dBodyGetPosition(body->id), *v = dBodyGetLinearVel(body->id);
         for (int k = 0; k < 3; k++) {
             if (!(fabs(p[k]) < most_distance) || !(fabs(v[k]) < most_speed)) {
@@ -314,7 +243,7 @@ static bool send_step(Run *run, double t) {
     }
     bool is_fine = put(run, &step, sizeof step);
     for (uint32_t m = 0; is_fine && m < run->sim->n_members; m++) {
-        const Body *body = &run->bodies[run->sim->members[m]];
+        const OdeBody *body = &run->bodies[run->sim->members[m]];
         RigidState state;
         memset(&state, 0, sizeof state);
         dVector3 velocity;
@@ -331,28 +260,31 @@ static bool send_step(Run *run, double t) {
     return is_fine;
 }
 
-static bool do_step(Run *run, double t) {
+static bool do_step(OdeRun *run, double t) {
     const SimRigid *sim = run->sim;
     for (uint32_t i = 0; i < sim->n_bodies; i++) {
-        Body *body = &run->bodies[i];
-        double force[3];
-        body->touches = false;
+        OdeBody *body = &run->bodies[i];
+        double force[3], velocity[3];
         if (body->about->motion) {
             drive(run, body, t);
         } else if (body->about->force) {
-            if (!find_force(run, body, t, force)) {
+            predict_velocity(body, velocity);
+            if (!find_force(run, body, t, velocity, force)) {
                 return refuse(run, body->member, t, "its force is not a finite number");
             }
             dBodyAddForce(body->id, force[0], force[1], force[2]);
         }
+        body->touches = false;
     }
-    dSpaceCollide(run->space, run, touch);
+    if (!sim_ode_touch(run)) {
+        return refuse(run, UINT32_MAX, t, "there is no memory for its contacts");
+    }
     dWorldQuickStep(run->world, sim->step);
     dJointGroupEmpty(run->contacts);
     return send_step(run, t + sim->step);
 }
 
-static bool set_up(Run *run) {
+static bool set_up(OdeRun *run) {
     const SimRigid *sim = run->sim;
     run->world = dWorldCreate();
     run->space = dHashSpaceCreate(NULL);
@@ -368,6 +300,7 @@ static bool set_up(Run *run) {
     dWorldSetAutoDisableAngularThreshold(run->world, sleep_spin);
     dWorldSetAutoDisableTime(run->world, sleep_time);
     dWorldSetAutoDisableSteps(run->world, 0);
+    dWorldSetAutoDisableAverageSamplesCount(run->world, SLEEP_SAMPLES);
     for (uint32_t i = 0; run->bodies && i < sim->n_bodies; i++) {
         if (!make_body(run, &run->bodies[i], &sim->bodies[i])) {
             return false;
@@ -387,7 +320,7 @@ static bool set_up(Run *run) {
 }
 
 int sim_ode_send(const SimRigid *sim, RigidEvaluate *evaluate, int fd) {
-    Run run = {.sim = sim, .evaluate = evaluate, .out = fdopen(fd, "wb")};
+    OdeRun run = {.sim = sim, .evaluate = evaluate, .out = fdopen(fd, "wb")};
     if (!run.out || !dInitODE2(0) || !dAllocateODEDataForThread(dAllocateMaskAll)) {
         return 0;
     }

@@ -2,13 +2,10 @@
 // Rigid bodies: the parent's end. Steps become courses as they come in.
 #include "render/sim_rigid.h"
 
-#include <errno.h>
 #include <math.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "render/child.h"
@@ -29,12 +26,11 @@ typedef struct {
 typedef struct {
     const SimRigid *sim;
     Member *members;
-    pid_t pid;
-    FILE *in;
+    Child child;
 } Run;
 
 const char *sim_rigid_library(void) {
-    return "ODE 0.16, driver 1";
+    return "ODE 0.16, driver 4";
 }
 
 // ---- Courses
@@ -147,50 +143,21 @@ static void take(const Run *run, Member *m, uint64_t k, RigidState state) {
 
 // ---- The child
 
-static bool start(Run *run) {
-    int ends[2];
-    if (pipe(ends) != 0) {
-        return false;
-    }
-    fflush(NULL);
-    run->pid = fork();
-    if (run->pid == 0) {
-        char message[SIM_MESSAGE];
-        int (*send)(const SimRigid *, RigidEvaluate *, int);
-        close(ends[0]);
-        child_confine((size_t)2 << 30, run->sim->limit);
-        void *symbol = plugin_symbol("st4-ode.so", "sim_ode_send", message, sizeof message);
+static void simulate(const void *argument, int fd) {
+    const SimRigid *sim = argument;
+    char message[SIM_MESSAGE];
+    int (*send)(const SimRigid *, RigidEvaluate *, int);
+    void *symbol = plugin_symbol("st4-ode.so", "sim_ode_send", message, sizeof message);
+    if (!symbol) {
         RigidStep refusal = {.magic = RIGID_STREAM_MAGIC, .is_bad = 1, .member = UINT32_MAX};
-        if (!symbol) {
-            snprintf(refusal.message, sizeof refusal.message, "%.90s", message);
-            _exit(write(ends[1], &refusal, sizeof refusal) < 0);
-        }
-        // POSIX: a pointer from dlsym may be copied into one to a function.
-        memcpy(&send, &symbol, sizeof symbol);
-        send(run->sim, program_run1, ends[1]);
-        _exit(0);
+        snprintf(refusal.message, sizeof refusal.message, "%.90s", message);
+        ssize_t put = write(fd, &refusal, sizeof refusal);
+        (void)put;
+        return;
     }
-    close(ends[1]);
-    run->in = run->pid > 0 ? fdopen(ends[0], "rb") : NULL;
-    if (!run->in) {
-        close(ends[0]);
-    }
-    return run->in != NULL;
-}
-
-static int stop(Run *run, bool is_whole) {
-    int status = 0;
-    if (run->in) {
-        fclose(run->in);
-    }
-    if (run->pid > 0) {
-        if (!is_whole) {
-            kill(run->pid, SIGKILL);
-        }
-        while (waitpid(run->pid, &status, 0) < 0 && errno == EINTR) {
-        }
-    }
-    return status;
+    // POSIX: a pointer from dlsym may be copied into one to a function.
+    memcpy(&send, &symbol, sizeof symbol);
+    send(sim, program_run1, fd);
 }
 
 // It ended early: where the members were last tells whose fault it is.
@@ -216,7 +183,7 @@ static bool follow(Run *run, SimProgress *progress, void *context, SimFailure *f
     uint64_t n_steps = (uint64_t)ceil((sim->high - sim->low) / sim->step - 1e-9);
     for (uint64_t k = 0; k <= n_steps; k++) {
         RigidStep step;
-        bool is_fine = fread(&step, sizeof step, 1, run->in) == 1;
+        bool is_fine = child_receive(&run->child, &step, sizeof step);
         if (is_fine && (step.magic != RIGID_STREAM_MAGIC || step.is_bad)) {
             step.message[sizeof step.message - 1] = '\0';
             *failure = (SimFailure){.member = step.member, .time = step.time};
@@ -225,7 +192,7 @@ static bool follow(Run *run, SimProgress *progress, void *context, SimFailure *f
         }
         for (uint32_t m = 0; is_fine && m < sim->n_members; m++) {
             RigidState state;
-            is_fine = fread(&state, sizeof state, 1, run->in) == 1;
+            is_fine = child_receive(&run->child, &state, sizeof state);
             if (is_fine) {
                 take(run, &run->members[m], k, state);
             }
@@ -283,8 +250,12 @@ bool sim_rigid_run(Arena *arena, const SimRigid *sim, SimProgress *progress, voi
         run.members[m].course =
             (SimCourse){.n_columns = RIGID_COLUMNS, .n_coefficients = SIM_COEFFICIENTS};
     }
-    bool is_fine = run.members && start(&run) && follow(&run, progress, context, failure);
-    stop(&run, is_fine);
+    const ChildLimits limits = {.memory = (size_t)2 << 30, .seconds = sim->limit};
+    bool is_started = run.members && child_start(&run.child, simulate, sim, &limits);
+    bool is_fine = is_started && follow(&run, progress, context, failure);
+    if (is_started) {
+        child_stop(&run.child, is_fine);
+    }
     is_fine = is_fine && join(arena, &run, tracks, failure);
     for (uint32_t m = 0; run.members && m < sim->n_members; m++) {
         sim_course_free(&run.members[m].course);

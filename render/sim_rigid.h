@@ -6,6 +6,8 @@
 // moves a body by its velocity after each step's forces; taken as the velocity in the middle of the
 // step, and started half a step early, that is of second order, and exact in free fall.
 //
+// What hardly moves for half a second sleeps: render/sim_ode_touch.c says until when.
+//
 // Columns of the tracks: place x y z, unit quaternion x y z w, to be normalised. Between steps:
 // Hermite's cubic with velocities from the neighbouring middles; straight within a step in which
 // the body touches something, so that no curve overshoots into what it hits. An arc ends where the
@@ -15,19 +17,32 @@
 
 #include "render/program.h"
 #include "render/sim.h"
+#include "render/sim_solid.h"
 
 enum { RIGID_COLUMNS = 7, RIGID_MOST_STEPS = 10000000 };
 
 #define RIGID_JUMP 0.05 // metres a second
 
-typedef enum { RIGID_BOX, RIGID_SPHERE, RIGID_CYLINDER, RIGID_PLANE } RigidShapeKind;
+typedef enum {
+    RIGID_BOX,
+    RIGID_SPHERE,
+    RIGID_CYLINDER,
+    RIGID_CAPSULE,
+    RIGID_PLANE,
+    RIGID_CONVEX, // a hull
+    RIGID_MESH    // closed, but of a fixed body
+} RigidShapeKind;
 
 typedef struct {
     RigidShapeKind kind;
-    double size[3];  // BOX: its extent; SPHERE: radius; CYLINDER: radius, length (along z)
-    double at[3];    // of its origin in the body's block, metres; not of PLANE
-    double turn[4];  // unit quaternion x y z w, likewise
-    double plane[4]; // PLANE: unit normal, and its distance from the origin, in the world
+    // BOX: its extent; SPHERE: radius; CYLINDER, CAPSULE: radius, length (along z; of a capsule
+    // between the centres of its ends)
+    double size[3];
+    double at[3];          // of its origin in the body's block, metres; not of PLANE
+    double turn[4];        // unit quaternion x y z w, likewise
+    double plane[4];       // PLANE: unit normal, and its distance from the origin, in the world
+    const SimSolid *solid; // CONVEX, MESH: around `at`; else NULL
+    SimSolidMass own;      // of solid, where it is closed
 } RigidShape;
 
 typedef struct {

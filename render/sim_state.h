@@ -15,6 +15,7 @@
 
 #include "render/program.h"
 #include "render/sim.h"
+#include "render/sim_near.h"
 
 enum { SIM_STATE_EVENTS = 8, SIM_STATE_STEPS = 4000000 }; // steps: of each system, at most
 
@@ -26,6 +27,8 @@ typedef struct {
     bool is_stiff;
     // [n_states][n_members]: what the programs read as tables; written while running.
     double *live;
+    const SimNear *nears; // sums that the programs read as tables too; filled in before they run
+    uint32_t n_nears;
     // They read IN_I, the member, and all but start and life the live tables and IN_T, which is
     // IN_FILM_T too.
     const Program *start;      // n_states out

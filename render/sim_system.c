@@ -27,6 +27,7 @@ struct SimSolver {
     double from, to;    // of the fits
     double *last, *now; // [n_whens][n]: conditions at the end of the last step, and later
     double end;         // where it stops
+    SimNearGrid *near;  // NULL: no sums over what is near
 };
 
 static const char *const no_longer = "its equations cannot be integrated any further: they grow "
@@ -39,10 +40,14 @@ const char *sim_state_library(void) {
 
 // ---- What CVODE asks for
 
-static void set_live(SimSystem *s, const double *y) {
+// What the programs read: the states, and what follows from them.
+static void set_live(SimSystem *s, double t, const double *y) {
     for (uint32_t k = 0; k < s->sim->n_states; k++) {
         memcpy(s->sim->live + (size_t)k * s->sim->n_members + s->first, y + (size_t)k * s->n,
                s->n * sizeof *y);
+    }
+    if (s->solver->near) {
+        sim_near_run(s->solver->near, t);
     }
 }
 
@@ -67,7 +72,7 @@ static int give_rates(sunrealtype t, N_Vector y, N_Vector rates, void *data) {
     SimSystem *s = data;
     double *out = N_VGetArrayPointer(rates);
     size_t n = (size_t)s->sim->n_states * s->n;
-    set_live(s, N_VGetArrayPointer(y));
+    set_live(s, t, N_VGetArrayPointer(y));
     run(s, s->sim->rates, t, out);
     for (size_t i = 0; i < n; i++) {
         if (s->solver->is_still[i % s->n]) {
@@ -86,7 +91,7 @@ static void find_conditions(SimSystem *s, double t, const double *y, double *out
     if (!s->sim->n_whens) {
         return;
     }
-    set_live(s, y);
+    set_live(s, t, y);
     run(s, s->sim->conditions, t, out);
     for (size_t i = 0; i < (size_t)s->sim->n_whens * s->n; i++) {
         out[i] = s->solver->is_still[i % s->n] || isnan(out[i]) ? 1 : out[i];
@@ -140,6 +145,10 @@ SimSystem *sim_system_new(const SimState *sim, uint32_t n) {
     v->assigned = calloc((size_t)sim->n_assigned + 1, sizeof *v->assigned);
     bool is_fine = s->roots && v->member && v->is_still && v->out && v->fits && v->assigned &&
                    v->last && v->now && SUNContext_Create(NULL, &v->context) == 0;
+    if (is_fine && sim->n_nears) {
+        v->near = sim_near_new(sim->nears, sim->n_nears);
+        is_fine = v->near != NULL;
+    }
     v->y = is_fine ? N_VNew_Serial((sunindextype)size, v->context) : NULL;
     v->other = is_fine ? N_VNew_Serial((sunindextype)size, v->context) : NULL;
     if (!v->y || !v->other || !set_up(s)) {
@@ -172,6 +181,7 @@ void sim_system_free(SimSystem *s) {
         N_VDestroy(v->other);
     }
     SUNContext_Free(&v->context);
+    sim_near_free(v->near);
     free(v->member);
     free(v->is_still);
     free(v->out);
@@ -339,7 +349,7 @@ void sim_system_conditions(SimSystem *s, double t, double *out) {
 
 void sim_system_assign(SimSystem *s, double t, const uint8_t *fires) {
     const SimState *sim = s->sim;
-    set_live(s, s->y); // of all members, before
+    set_live(s, t, s->y); // of all members, before
     for (uint32_t j = 0; j < s->n; j++) {
         const double in[IN_COUNT] = {[IN_T] = t, [IN_FILM_T] = t, [IN_I] = s->first + j};
         bool is_run = false;

@@ -491,7 +491,7 @@ static void send_refusal(const void *argument, int fd) {
 static void children_may_fail(void **state) {
 #define READER "the reader in its own process "
     static const struct {
-        MeshChildBody *body;
+        ChildBody *body;
         MeshStatus status;
         const char *message;
     } cases[] = {
@@ -505,7 +505,7 @@ static void children_may_fail(void **state) {
     };
     Fixture *f = *state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        MeshChildLimits limits = {.memory = (size_t)1 << 30, .seconds = 1, .wait = 30};
+        ChildLimits limits = {.memory = (size_t)1 << 30, .seconds = 1, .wait = 30};
         limits.wait = cases[i].body == hang ? 0.1 : limits.wait;
         MeshStatus status = mesh_child_read(&f->arena, cases[i].body, "too much\n of it", &limits,
                                             &f->mesh, f->message, sizeof f->message);

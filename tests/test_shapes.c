@@ -165,7 +165,9 @@ static void solids_have_their_area_and_volume(void **state) {
                       "cone { radius = 1 - t  top = t }\n"
                       "torus { major = 2  minor = 0.5 }\n"
                       "torus { major = 1 + t  minor = 0.75 - t }\n"
-                      "cylinder { from = <0, 0, 0>  to = <1e-9, -1, 2e-9> }\n");
+                      "cylinder { from = <0, 0, 0>  to = <1e-9, -1, 2e-9> }\n"
+                      "capsule { from = <1, 0, 0>  to = <1, 0, 3>  radius = 0.5 }\n"
+                      "capsule { to = <0, 2 + t, 0>  radius = 0.5 + t }\n");
     const Shape *s = scene->shapes;
     double h = sqrt(4 + 0.25 * 0.25), r = 0.75;
     assert_extent(&s[0], 0.25, 2 * pi * r * h + 2 * pi * r * r, pi * r * r * h);
@@ -178,6 +180,8 @@ static void solids_have_their_area_and_volume(void **state) {
     assert_extent(&s[5], 0, 4 * pi * pi * 2 * 0.5, 2 * pi * pi * 2 * 0.25);
     assert_extent(&s[6], 0.25, 4 * pi * pi * 1.25 * 0.5, 2 * pi * pi * 1.25 * 0.25);
     assert_extent(&s[7], 0, 2 * pi * 0.5 + 2 * pi * 0.25, pi * 0.25);
+    assert_extent(&s[8], 0, 2 * pi * 0.5 * (3 + 2 * 0.5), pi * 0.25 * (3 + 4.0 / 3 * 0.5));
+    assert_extent(&s[9], 0.25, 2 * pi * r * (2.25 + 2 * r), pi * r * r * (2.25 + 4.0 / 3 * r));
     end_files(&f);
 }
 
@@ -223,7 +227,8 @@ static void normals_are_exact(void **state) {
     const Scene *scene =
         load_well(&f, "cone { from = <0, 1, 0>  to = <0, 4, 0>  radius = 2  top = 0.5 }\n"
                       "torus { major = 3  minor = 1 }\n"
-                      "disc { normal = <1, 2, -2>  radius = 3 }");
+                      "disc { normal = <1, 2, -2>  radius = 3 }\n"
+                      "capsule { to = <0, 2, 0>  radius = 0.75 }");
     const Shape *cone = &scene->shapes[0], *torus = &scene->shapes[1], *disc = &scene->shapes[2];
     double slant = sqrt(9 + 1.5 * 1.5);
     uint32_t n_caps = 0;
@@ -246,6 +251,14 @@ static void normals_are_exact(void **state) {
         assert_near(n.x, p.x - 3 * p.x / r, 1e-6);
         assert_near(n.y, p.y, 1e-6);
         assert_near(n.z, p.z - 3 * p.z / r, 1e-6);
+    }
+    const Shape *capsule = &scene->shapes[3];
+    for (uint32_t i = 0; i < capsule->mesh->n_vertices; i++) {
+        Vec3 n = given_normal(capsule, i), p = place(capsule, 0, i);
+        double over = p.y - fmax(0, fmin(2, p.y));
+        assert_near(n.x, p.x / 0.75, 1e-6);
+        assert_near(n.y, over / 0.75, 1e-6);
+        assert_near(n.z, p.z / 0.75, 1e-6);
     }
     for (uint32_t i = 0; i < disc->mesh->n_vertices; i++) {
         Vec3 n = given_normal(disc, i), p = place(disc, 0, i);

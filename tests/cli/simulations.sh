@@ -54,6 +54,23 @@ END
     all_below 2e-7
 }
 
+# The tables of the manual: what is measured stays below what stands there.
+test_sim_accuracy_is_as_the_manual_says() {
+    local kind name measured stated row i n=0
+    expect 0 "$ROOT/tests/sim_accuracy"
+    while IFS='|' read -r kind name measured; do
+        row=$(sed -n "/errors of $kind\$/,/errors end/p" "$ROOT/man/st4.5" | grep -F ".It $name Ta ")
+        [ -n "$row" ] || fail "the manual has no row '$name' for sim $kind"
+        row=${row#".It $name Ta "}
+        for i in 1 2 3; do
+            stated=$(sed 's/ Ta /|/g' <<<"$row" | cut -d'|' -f$i)
+            below "$(cut -d'|' -f$i <<<"$measured")" "$stated"
+            n=$((n + 1))
+        done
+    done <<<"$out"
+    [ $n = 42 ] || fail "$n figures"
+}
+
 # Two balls of one weight swap their speeds: each gets the one that the other had before.
 test_sim_collision() {
     cat >a.st4 <<'END'
@@ -68,6 +85,56 @@ sim state Balls {
 END
     at a.st4 '0..4 by 0.125' 'Balls.q[0] - min(t, 1.5)' 'Balls.q[1] - max(2, t + 0.5)'
     all_below 1e-9
+}
+
+# Sums over what is near are those over all, where the rest adds nothing; members that meet fly on
+# together, and those far away feel nothing.
+test_sim_near() {
+    cat >a.st4 <<'END'
+sphere { }
+let n = 40
+fn fade(d) = max(0, 1 - dot(d, d)/0.49)^2
+sim state Near {
+  count = n  span = -1..1  tolerance = 1e-6
+  pos = randdir(1, id)*(0.2 + rand(2, id)) - <0, 0.3, 0>
+  vel = randdir(3, id)
+  fn pull(j) = fade(Near.pos[j] - pos)*(Near.vel[j] - vel)
+  fn push(j) = -2*fade(Near.pos[j] - pos)*(Near.pos[j] - pos)
+  fn count(j) = fade(Near.pos[j] - pos)
+  seen = 0
+  pos' = vel
+  vel' = near(Near.pos, 0.7, pull) + near(Near.pos, 0.7, push) - pos
+  seen' = near(Near.pos, 0.7, count)
+}
+sim state All {
+  count = n  span = -1..1  tolerance = 1e-6
+  pos = randdir(1, id)*(0.2 + rand(2, id)) - <0, 0.3, 0>
+  vel = randdir(3, id)
+  fn sway(d, v) = fade(d)*(v - 2*d)
+  fn all(j) = j < n ? sway(All.pos[j] - pos, All.vel[j] - vel) + all(j + 1) : <0, 0, 0>
+  fn count(j) = j < n ? fade(All.pos[j] - pos) + count(j + 1) : -1
+  seen = 0
+  pos' = vel
+  vel' = all(0) - pos
+  seen' = count(0)
+}
+sim state Line { // on a line: each moves as many times as fast as others are within 1
+  count = 100  span = 0..1
+  at = (id % 10)*100 + floor(id/10)*0.1
+  way = 0
+  fn one(j) = 1
+  at' = 0
+  way' = near(Line.at, 1, one)
+}
+END
+    at a.st4 '[-1, -0.5, 0, 0.5, 1]' 'Near.pos[0] - All.pos[0]' 'Near.vel[17] - All.vel[17]' \
+        'Near.seen[5] - All.seen[5]' 'Near.pos[39] - All.pos[39]'
+    all_below 1e-5
+    at a.st4 '[1]' 'Line.way[0] - 9' 'Line.way[37] - 9'
+    all_below 1e-6
+    expect 0 "$ST4" sim a.st4 --cache one -q
+    expect 0 env OMP_NUM_THREADS=3 "$ST4" sim a.st4 --cache two -q
+    expect 0 diff -r one two
 }
 
 # A bouncing ball keeps its corner: at the instant, and a thousandth of a second beside it.
@@ -193,11 +260,23 @@ test_sim_mistakes() {
     refused "$start v' = 1  q = 0  q' = 1 }" "'v' has a rate, but no start value"
     refused "$start q = 0  q' = 1  when q > 1 { w = 2 } }" "'w' has an assignment, but no start"
     refused "$start q = 0  q' = 1  sphere { } }" "'sim state' holds settings"
+    if [ -n "${STRESS-}" ]; then
+        refused "$start span = 0..1e9  q = 1  w = 0  q' = w  w' = -q }" 'more than four million steps'
+    fi
     refused "$start }" 'has no states'
     refused "sim stat S { q = 0  q' = 1 } sphere { }" 'there is no sim stat'
     refused "$start q = 0  q' = 1 } sphere { radius = S.r }" "S has no member 'r'"
     refused "$start q = 0  q' = 1 } sphere { radius = S }" "write S.NAME"
     refused "$start tolerance = 0  q = 0  q' = 1 }" 'tolerance'
+    start="sphere { } sim state S { count = 3  q = id  q' = "
+    refused "$start near(1, 1, sin) }" 'near wants a place of all members of S'
+    refused "$start near(S.q, 0, sin) }" 'the radius of near is more than 0'
+    refused "$start near(S.q, 1, 5) }" "near wants a function of another member's number"
+    refused "$start near(S.q, t, f)  fn f(j) = 1 }" 'the radius of near'
+    refused "$start near(S.q, 1, f)  fn f(j) = near(S.q, 1, g)  fn g(j) = j }" 'can not depend on another near'
+    refused "$start near(S.q, 1, f)  fn f(j) = \"a\" }" 'near adds up numbers'
+    refused "sphere { radius = near([1], 1, sin) }" 'stands in the rates and events of a sim state'
+    start="sphere { } sim state S {"
     refused "$start count = 2  born = id  q = 0  q' = S.q[1] }" 'not supported yet: born'
 }
 

@@ -314,8 +314,8 @@ void mesh_child_assimp(const void *path, int fd) {
     (void)fd;
 }
 
-MeshStatus mesh_child_read(Arena *arena, MeshChildBody *body, const void *argument,
-                           const MeshChildLimits *limits, Mesh *mesh, char *message, size_t n) {
+MeshStatus mesh_child_read(Arena *arena, ChildBody *body, const void *argument,
+                           const ChildLimits *limits, Mesh *mesh, char *message, size_t n) {
     (void)arena;
     (void)body;
     (void)argument;
