@@ -140,8 +140,8 @@ FUZZED := $(filter-out $(MAIN) lang/command% lang/session.c lang/options.c lang/
             lang/frame_list.c lang/sim_cache.c,$(wildcard lang/*.c)) $(wildcard render/program*.c) \
           $(filter-out %/mesh_child.c %/mesh_assimp.c,$(wildcard render/mesh*.c)) \
           render/mover.c render/point_cache.c render/shutter.c render/sim_course.c \
-          render/sim_solid.c render/snapshot.c render/texture.c render/plugin.c \
-          accel/arena_array.c
+          render/sim_solid.c render/snapshot.c render/local_time.c render/texture.c \
+          render/plugin.c accel/arena_array.c
 FUZZER := $(wildcard tests/fuzz/*.c)
 FUZZ_OBJECTS := $(FUZZED:%.c=$(FUZZ)/%.o) $(FUZZER:%.c=$(FUZZ)/%.o)
 FUZZ_SANITIZERS := address,undefined,float-cast-overflow
