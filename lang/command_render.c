@@ -43,6 +43,24 @@ static ProgressKind progress_kind(const Options *options) {
     return is_watched ? PROGRESS_BAR : PROGRESS_NONE;
 }
 
+// What pictures whose samples were allotted by need have reached.
+static void print_reached(const RenderStats *stats) {
+    static const char *const words[RENDER_STOPS] = {"noise", "samples", "time"};
+    const char *before = "; ended by ";
+    fprintf(stderr, "noise     %.3g%s, %.4g samples per pixel", stats->noise_reached,
+            stats->n_frames > 1 ? " in the worst frame" : "", stats->mean_samples);
+    for (int i = 0; i < RENDER_STOPS; i++) {
+        if (stats->n_stopped[i]) {
+            fprintf(stderr, "%s%s", before, words[i]);
+            before = ", ";
+        }
+        if (stats->n_stopped[i] && stats->n_frames > 1) {
+            fprintf(stderr, " (%llu)", (unsigned long long)stats->n_stopped[i]);
+        }
+    }
+    fputc('\n', stderr);
+}
+
 static void print_result(const RenderOptions *render, const RenderStats *stats, bool is_verbose) {
     char first[PATH_SIZE], last[PATH_SIZE];
     bool many = render->n_frames > 1;
@@ -60,6 +78,9 @@ static void print_result(const RenderOptions *render, const RenderStats *stats, 
     } else {
         fprintf(stderr, "st4: wrote %s%s%s in %.1f s\n", first, many ? " to " : "",
                 many ? last : "", seconds);
+    }
+    if (render->is_adaptive && stats->n_frames) {
+        print_reached(stats);
     }
     if (!is_verbose) {
         return;
@@ -152,6 +173,11 @@ static int check_sums(const Session *session, const RenderOptions *render, const
                               "a file of sums (" RENDER_FILM_ENDING
                               ") is the only output of a run; "
                               "'st4 merge' makes pictures from it");
+    }
+    if (n_films && render->is_adaptive) {
+        return session_refuse(session, STATUS_USAGE, outputs->patterns[0],
+                              "a file of sums has a number of samples that is the same for all "
+                              "pixels, which --noise and --time do not know; give --spp alone");
     }
     if (samples->is_set && !n_films) {
         return session_refuse(

@@ -350,6 +350,10 @@ void lower_render(Eval *ev, const Object *object) {
     render->spp = is_given(object, PROPERTY_RENDER_SPP)
                       ? (uint32_t)lower_known(ev, object, PROPERTY_RENDER_SPP)
                       : 0;
+    render->has_noise = is_given(object, PROPERTY_RENDER_NOISE);
+    render->noise = render->has_noise ? lower_known(ev, object, PROPERTY_RENDER_NOISE) : 0;
+    render->seconds =
+        is_given(object, PROPERTY_RENDER_TIME) ? lower_known(ev, object, PROPERTY_RENDER_TIME) : 0;
     render->clamp = is_given(object, PROPERTY_RENDER_CLAMP)
                         ? lower_known(ev, object, PROPERTY_RENDER_CLAMP)
                         : 0;

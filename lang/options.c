@@ -112,6 +112,7 @@ static bool parse_number(const Reader *reader, OptionId option, const char *text
     if (!read_number(&at, &value->number) || *at) {
         return expected(reader, option, text, "a number");
     }
+    value->integer = value->number > 0 && value->number < 0x1p53 ? (uint64_t)value->number : 0;
     return check_range(reader, option, text, value->number);
 }
 

@@ -62,7 +62,7 @@ typedef enum {
 typedef enum {
     OPTION_KIND_FLAG,
     OPTION_KIND_INTEGER, // integer
-    OPTION_KIND_NUMBER,  // number
+    OPTION_KIND_NUMBER,  // number; integer: that rounded down, 0 where it is negative
     OPTION_KIND_BYTES,   // integer
     OPTION_KIND_SIZE,    // width, height
     OPTION_KIND_RANGE,   // first, last

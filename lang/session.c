@@ -2,6 +2,7 @@
 // What the commands that read a scene have in common: diagnostics, loading, the frames asked for.
 #include "lang/session.h"
 
+#include <math.h>
 #include <omp.h>
 #include <stdlib.h>
 #include <string.h>
@@ -174,6 +175,64 @@ static const AccelType *find_accel(const Session *session, const char *name) {
     return found;
 }
 
+// What the command line says of samples, noise and time, or, where it says nothing, the scene.
+typedef struct {
+    bool has_spp, has_noise;
+    double spp, noise, seconds;
+} Bounds;
+
+static Bounds find_bounds(const Session *session) {
+    const OptionValue *values = session->options->values;
+    const OptionValue *spp = &values[OPTION_SPP], *noise = &values[OPTION_NOISE],
+                      *time = &values[OPTION_TIME];
+    const RenderSettings *scene = &session->scene->render;
+    if (spp->is_set || noise->is_set || time->is_set) {
+        return (Bounds){spp->is_set, noise->is_set, spp->number, noise->number, time->number};
+    }
+    // Only of pictures: what measures and what checks takes its samples itself.
+    bool is_picture = session->options->command == COMMAND_RENDER;
+    return (Bounds){.has_spp = scene->spp > 0,
+                    .has_noise = is_picture && scene->has_noise,
+                    .spp = scene->spp ? scene->spp : spp->number,
+                    .noise = scene->noise,
+                    .seconds = is_picture ? scene->seconds : 0};
+}
+
+static bool refuse_bounds(const Session *session, const char *message, const char *hint) {
+    diag_error(session->diag, (Span){0, 0}, hint, "%s", message);
+    return false;
+}
+
+static bool set_bounds(const Session *session, RenderOptions *render) {
+    const OptionValue *values = session->options->values;
+    Bounds bounds = find_bounds(session);
+    render->is_adaptive = bounds.has_noise || bounds.seconds > 0;
+    render->noise = bounds.noise;
+    render->seconds = bounds.seconds;
+    render->mean_spp = bounds.has_spp || !render->is_adaptive ? bounds.spp : RENDER_SPP_UNBOUNDED;
+    render->spp = (uint32_t)ceil(render->mean_spp);
+    if (!render->is_adaptive) {
+        return bounds.spp == floor(bounds.spp) ||
+               refuse_bounds(session, "--spp is a whole number without --noise and --time", NULL);
+    }
+    if (!(bounds.noise > 0) && !(bounds.seconds > 0) && !bounds.has_spp) {
+        return refuse_bounds(session, "a noise of 0 is never reached", "give --spp or --time too");
+    }
+    if (values[OPTION_SAMPLES].is_set) {
+        return refuse_bounds(session,
+                             "--samples are of a number that is the same for all pixels, which "
+                             "--noise and --time do not know",
+                             "give --spp alone");
+    }
+    if (render->subframes > 0) {
+        return refuse_bounds(session,
+                             "--method accumulate shares out a number of samples, which --noise "
+                             "and --time do not know",
+                             "give --spp alone");
+    }
+    return true;
+}
+
 static bool check_subframes(const Session *session, const RenderOptions *render) {
     const OptionValue *asked = &session->options->values[OPTION_SUBFRAMES];
     uint32_t n = render->subframes;
@@ -214,11 +273,9 @@ bool session_render_options(const Session *session, RenderOptions *render) {
     const OptionValue *values = session->options->values;
     const RenderSettings *settings = &session->scene->render;
     uint64_t n_threads = values[OPTION_THREADS].integer;
-    uint64_t spp = values[OPTION_SPP].integer;
     *render = (RenderOptions){
         .frames = session->frames,
         .n_frames = session->n_frames,
-        .spp = (uint32_t)(values[OPTION_SPP].is_set || !settings->spp ? spp : settings->spp),
         .subframes = values[OPTION_METHOD].integer ? (uint32_t)values[OPTION_SUBFRAMES].integer : 0,
         .seed = values[OPTION_SEED].is_set ? values[OPTION_SEED].integer : settings->seed,
         .tolerance = values[OPTION_TOLERANCE].number,
@@ -238,7 +295,7 @@ bool session_render_options(const Session *session, RenderOptions *render) {
         .software = "st4 " ST4_VERSION,
         .command_line = session->options->recipe,
     };
-    if (!set_crop(session, render)) {
+    if (!set_bounds(session, render) || !set_crop(session, render)) {
         return false;
     }
     AccelOptions *accel = &render->accel_options;

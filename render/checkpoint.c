@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "accel/clock.h"
+#include "render/adaptive.h"
 #include "render/output.h"
 #include "render/progress.h"
 #include "render/report.h"
@@ -67,6 +68,14 @@ static const char *misfit(Arena *arena, const Film *film, const FilmOrigin *foun
         return arena_printf(arena, "it begins with sample %u, where sample %u is asked for",
                             found->first + 1, origin->first + 1);
     }
+    if (origin->layers & FILM_HALVES) {
+        double level = (double)found->level / LEVEL_SAMPLE;
+        return level > origin->n
+                   ? arena_printf(arena,
+                                  "it has up to %.15g samples per pixel, where %u are asked for",
+                                  level, origin->n)
+                   : NULL;
+    }
     uint32_t most = film_totals(film).most;
     return most > origin->n
                ? arena_printf(arena, "it has up to %u samples per pixel, where %u are asked for",
@@ -82,7 +91,7 @@ static uint64_t keep(const char *path, const Film *found, const Reporter *report
 }
 
 bool checkpoint_begin(Checkpoint *checkpoint, const RenderOptions *options, const char *picture,
-                      Film *film, const FilmOrigin *origin, const Reporter *reporter) {
+                      Film *film, FilmOrigin *origin, const Reporter *reporter) {
     char path[PATH_SIZE], message[OUTPUT_MESSAGE_SIZE];
     struct stat s;
     double seconds = options->checkpoint;
@@ -106,6 +115,8 @@ bool checkpoint_begin(Checkpoint *checkpoint, const RenderOptions *options, cons
         refuse(reporter, path, why);
     } else {
         film_merge(film, &found);
+        origin->level = of.level;
+        origin->milliseconds = of.milliseconds;
     }
     bool is_fine = !why || !options->resume;
     arena_free(&arena);

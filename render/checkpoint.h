@@ -18,10 +18,10 @@ typedef struct {
 } Checkpoint;
 
 // The film, which has the size of the origin, is cleared, or filled from the picture's checkpoint
-// where options->resume is set and there is one. False: there is one that cannot be gone on with;
-// one error through the reporter says why.
+// where options->resume is set and there is one; the origin then gets its level and milliseconds.
+// False: there is one that cannot be gone on with; one error through the reporter says why.
 bool checkpoint_begin(Checkpoint *checkpoint, const RenderOptions *options, const char *picture,
-                      Film *film, const FilmOrigin *origin, const Reporter *reporter);
+                      Film *film, FilmOrigin *origin, const Reporter *reporter);
 
 // Writes the film beside the picture, and says when the next one is due. What cannot be written is
 // a warning, once: the run is worth going on with. False: there is none from this moment.

@@ -24,7 +24,9 @@ __extension__ typedef unsigned __int128 U128;
     ARRAY(albedo, IN(ALBEDO))                                                                      \
     ARRAY(square, IN(VARIANCE))                                                                    \
     ARRAY(time, IN(TIME))                                                                          \
-    ARRAY(n_hits, IN(TIME))
+    ARRAY(n_hits, IN(TIME))                                                                        \
+    ARRAY(half, FILM_HALVES)                                                                       \
+    ARRAY(weight, FILM_HALVES)
 
 static const uint32_t id_layers[N_FILM_IDS] = {IN(OBJECT), IN(MATERIAL)};
 
@@ -181,6 +183,9 @@ static void add_color(Film *film, size_t i, const FilmSample *sample) {
         if (film->square) {
             add_wide(film->square[i][c], (U128)value * (U128)value);
         }
+        if (film->half && sample->index % 2 == 0) {
+            add(&film->half[i][c], value);
+        }
     }
     add(&film->sum[i][3], to_fixed(sample->alpha));
 }
@@ -298,6 +303,12 @@ static void merge_sums(Film *film, const Film *more, size_t i) {
     if (film->time) {
         film->time[i] += more->time[i];
         film->n_hits[i] += more->n_hits[i];
+    }
+    for (int c = 0; film->half && c < 3; c++) {
+        add(&film->half[i][c], more->half[i][c]);
+    }
+    if (film->weight && film->weight[i] == 0) {
+        film->weight[i] = more->weight[i];
     }
 }
 

@@ -40,6 +40,9 @@ typedef struct {
 
 enum { FILM_IDS = 6, N_FILM_IDS = 2 };
 
+// Of a set of layers: the film is one of two halves, for adaptive sampling (render/adaptive.h).
+enum { FILM_HALVES = 1 << LAYER_COUNT };
+
 // How often things were seen in a pixel, in the order of their first sample.
 typedef struct FilmIds FilmIds;
 struct FilmIds {
@@ -51,7 +54,7 @@ struct FilmIds {
 typedef struct {
     uint32_t width, height;
     uint32_t x, y;   // its corner within the picture: pixels are named by their place in that
-    uint32_t layers; // a set
+    uint32_t layers; // a set, perhaps with FILM_HALVES
     int64_t (*sum)[4];
     uint32_t *n;    // samples
     uint64_t *rank; // of the sample that gave what comes from one: the least wins
@@ -61,13 +64,15 @@ typedef struct {
     uint64_t (*square)[3][2]; // sums of squares of the colour, low and high half
     int64_t *time;
     uint32_t *n_hits;         // summands of time
+    int64_t (*half)[3];       // of sum, the colour of the samples with even index
+    uint8_t *weight;          // how many samples a pixel is to get; 0: not known yet
     FilmIds *ids[N_FILM_IDS]; // of LAYER_OBJECT, LAYER_MATERIAL
     Arena *arena;
     FilmIds *spare;
 } Film;
 
-// layers: a set; width, height >= 1; cleared. Its corner is that of the picture; x and y may be set
-// to another one. The arena is used by film_add too, under a lock.
+// layers: a set, perhaps with FILM_HALVES; width, height >= 1; cleared. Its corner is that of the
+// picture; x and y may be set to another one. The arena is used by film_add too, under a lock.
 void film_init(Film *film, Arena *arena, uint32_t layers, uint32_t width, uint32_t height);
 void film_clear(Film *film);
 

@@ -95,9 +95,21 @@ static Things format_things(const Film *film, const FilmOrigin *origin, Arena *a
 static void put_header(FILE *out, const FilmOrigin *origin, const FilmPlane *planes,
                        uint32_t n_planes, const Things *things) {
     const uint32_t numbers[] = {
-        FILM_LAYOUT,        origin->width,        origin->height,     origin->x,     origin->y,
-        origin->full_width, origin->full_height,  origin->layers,     origin->first, origin->n,
-        origin->spp,        origin->n_attributes, origin->n_settings,
+        FILM_LAYOUT,
+        origin->width,
+        origin->height,
+        origin->x,
+        origin->y,
+        origin->full_width,
+        origin->full_height,
+        origin->layers,
+        origin->first,
+        origin->n,
+        origin->spp,
+        origin->level,
+        origin->milliseconds,
+        origin->n_attributes,
+        origin->n_settings,
     };
     fwrite(numbers, sizeof numbers, 1, out);
     put_attributes(out, origin->attributes, origin->n_attributes);
@@ -275,7 +287,7 @@ static bool is_sane(const FilmOrigin *origin) {
            origin->height <= origin->full_height &&
            origin->x <= origin->full_width - origin->width &&
            origin->y <= origin->full_height - origin->height &&
-           origin->layers < 1u << LAYER_COUNT && origin->n_attributes <= ATTRIBUTE_LIMIT &&
+           origin->layers < 2u << LAYER_COUNT && origin->n_attributes <= ATTRIBUTE_LIMIT &&
            origin->n_settings <= ATTRIBUTE_LIMIT && origin->n && origin->first <= origin->spp &&
            origin->n <= origin->spp - origin->first;
 }
@@ -296,6 +308,8 @@ static bool take_header(Reader *reader, Cursor *cursor, FilmOrigin *origin) {
     origin->first = take_32(cursor);
     origin->n = take_32(cursor);
     origin->spp = take_32(cursor);
+    origin->level = take_32(cursor);
+    origin->milliseconds = take_32(cursor);
     origin->n_attributes = take_32(cursor);
     origin->n_settings = take_32(cursor);
     if (!is_sane(origin)) {

@@ -13,7 +13,8 @@
 //     version   uint32, FILM_FILE_VERSION
 //     length    uint32, bytes of the header that follows
 //     header    uint32: layout (FILM_LAYOUT), width, height, x, y, full width, full height,
-//               layers, first, n, spp, n_attributes, n_settings; attributes, settings;
+//               layers, first, n, spp, level, milliseconds, n_attributes, n_settings; attributes,
+//               settings;
 //               uint32: n_planes; for each plane its name and uint32 bytes of a pixel;
 //               uint64: words of ids, bytes of names
 //     checksum  uint32, CRC-32 of all before
@@ -25,18 +26,26 @@
 #define RENDER_FILM_FILE_H
 
 #include "render/film_names.h"
+#include "render/render.h"
 
-enum { FILM_FILE_VERSION = 2 };
+enum { FILM_FILE_VERSION = 3 };
 
 // What a film was made from, and which samples are in it.
 typedef struct {
     uint32_t width, height;           // of the film
     uint32_t x, y;                    // its corner in the picture
     uint32_t full_width, full_height; // of the picture
-    uint32_t layers;                  // a set
+    uint32_t layers;                  // a set, perhaps with FILM_HALVES
     uint32_t first; // index of the first sample of each pixel; 0 is the first of all
     uint32_t n;     // samples of each pixel once it is finished
     uint32_t spp;   // of the picture that this is a part of, >= first + n
+    // Of a film in halves: the level at work (render/adaptive.h), and for how long it has been
+    uint32_t level, milliseconds;
+    // Of one that is finished, no part of files: the noise, and what ended it; what may end it, by
+    // RenderStop, as the header says it.
+    double noise;
+    const char *stopped;
+    const char *stops[RENDER_STOPS];
     uint32_t n_attributes, n_settings;
     ImageAttribute *attributes;  // [n_attributes] of the picture's header
     ImageAttribute *settings;    // [n_settings] more of what samples and pictures depend on
@@ -73,13 +82,13 @@ typedef struct {
     const char *name, *a, *b;
 } FilmDifference;
 
-// Whether both are of the same samples: size, crop, layers, attributes (but for "command" and
-// "samples", which say nothing of a sample) and settings. False: the first difference, from the
-// arena.
+// Whether both are of the same samples: size, crop, layers, attributes (but for those of the run,
+// such as "command", which say nothing of a sample) and settings. False: the first difference, from
+// the arena.
 bool film_origin_agrees(Arena *arena, const FilmOrigin *a, const FilmOrigin *b,
                         FilmDifference *difference);
 
-// The same of lists of attributes; with is_strict "command" and "samples" count as well.
+// The same of lists of attributes; with is_strict those of the run count as well.
 bool film_attributes_agree(Arena *arena, const ImageAttribute *a, uint32_t n_a,
                            const ImageAttribute *b, uint32_t n_b, bool is_strict,
                            FilmDifference *difference);

@@ -6,7 +6,12 @@
 
 // These say how many samples there are and how they were asked for, not what one of them is.
 static bool is_of_the_run(const char *name) {
-    return !strcmp(name, "command") || !strcmp(name, "samples");
+    static const char *const names[] = {"command", "samples", "noise", "stopped"};
+    bool is_one = false;
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        is_one |= strcmp(name, names[i]) == 0;
+    }
+    return is_one;
 }
 
 static const ImageAttribute *find(const ImageAttribute *attributes, uint32_t n, const char *name) {

@@ -11,6 +11,7 @@
 #include "render/frame_lock.h"
 #include "render/interrupt.h"
 #include "render/output.h"
+#include "render/rounds.h"
 #include "render/survey.h"
 #include "render/texture.h"
 #include "render/tiles.h"
@@ -27,7 +28,12 @@ typedef struct {
     Checkpoint checkpoint;
     int64_t *frames, *held; // still to render; room for those that others have
     uint32_t n_frames;
-    uint64_t frame_samples; // of all pixels
+    uint64_t frame_samples; // of all pixels; where they are allotted by need, as expected by now
+    uint32_t n_ahead;       // frames still to be made, the one at work among them
+    double block_end;       // of clock_seconds: what options->seconds leave the block at work
+    uint32_t n_in_block;    // frames of it that are still to be made
+    double began;           // of clock_seconds: the frame at work
+    double write_seconds;   // of the last picture
     Progress progress;
     PathTroubles troubles, reported;
     Arena arena;
@@ -76,6 +82,7 @@ static void troubles_init(PathTroubles *troubles, Arena *arena, const Scene *sce
 static bool save_checkpoint(Run *run, const char *picture, const FilmOrigin *origin) {
     Arena arena = {0};
     FilmOrigin named = *origin;
+    named.milliseconds += (uint32_t)(1000 * fmin(clock_seconds() - run->began, 1e6));
     film_names_find(&run->scene, &run->film, &arena, named.names);
     bool is_saved = checkpoint_save(&run->checkpoint, picture, &run->film, &named, run->reporter);
     arena_free(&arena);
@@ -92,20 +99,75 @@ static bool write_picture(const Run *run, const char *picture, const FilmOrigin 
     return is_written;
 }
 
-// Traces what the film of the frame lacks, with a checkpoint now and then. An exit status.
-static int trace_frame(Run *run, const World *world, int64_t frame, const char *picture,
-                       const FilmOrigin *origin) {
-    double start = clock_seconds(), waited = world_waited(world);
-    TilePass pass = {.frame = frame, .first = origin->first, .n = origin->n};
+// Traces what the film lacks of a pass, with a checkpoint now and then.
+static TilesOutcome trace_pass(Run *run, const World *world, TilePass *pass, const char *picture,
+                               const FilmOrigin *origin) {
     TilesOutcome outcome;
     do {
-        pass.due = run->checkpoint.due;
-        outcome = tiles_trace(&run->paths, world, run->options, &pass, &run->film, &run->progress,
+        pass->due = run->checkpoint.due;
+        outcome = tiles_trace(&run->paths, world, run->options, pass, &run->film, &run->progress,
                               run->stats, &run->troubles);
         if (outcome != TILES_DONE && world_is_sound(world, NULL)) {
             save_checkpoint(run, picture, origin);
         }
     } while (outcome == TILES_DUE);
+    return outcome;
+}
+
+// By when the frame is to be done. The frames of a block share its sampling and building, and its
+// time; what an earlier run has spent on this one counts, and so does writing.
+static double deadline_of(const Run *run, const FilmOrigin *origin) {
+    double now = clock_seconds();
+    if (!(run->options->seconds > 0)) {
+        return INFINITY;
+    }
+    return now + fmax(0, run->block_end - now) / fmax(run->n_in_block, 1) -
+           1e-3 * origin->milliseconds - run->write_seconds;
+}
+
+static void tell_round(Run *run, const Rounds *rounds) {
+    run->frame_samples = rounds_expect(rounds);
+    uint64_t done = film_totals(&run->film).total;
+    uint64_t left = run->frame_samples > done ? run->frame_samples - done : 0;
+    uint64_t after = run->n_ahead > 1 ? (run->n_ahead - 1) * run->frame_samples : 0;
+    progress_judge(&run->progress, left + after, rounds->noise.estimate);
+}
+
+static void end_rounds(Run *run, const Rounds *rounds, FilmOrigin *origin) {
+    RenderStats *stats = run->stats;
+    origin->noise = rounds->noise.estimate;
+    origin->stopped = origin->stops[rounds->stop];
+    stats->noise_reached = fmax(stats->noise_reached, rounds->noise.estimate);
+    stats->n_stopped[rounds->stop]++;
+    double n = (double)(stats->n_stopped[0] + stats->n_stopped[1] + stats->n_stopped[2]);
+    stats->mean_samples += ((double)rounds->level / LEVEL_SAMPLE - stats->mean_samples) / n;
+}
+
+// Rounds of samples, until the frame is good enough or a bound is reached.
+static TilesOutcome trace_rounds(Run *run, const World *world, TilePass *pass, const char *picture,
+                                 FilmOrigin *origin) {
+    TilesOutcome outcome = TILES_DONE;
+    Rounds rounds;
+    rounds_begin(&rounds, run->options, &run->film, origin->level, deadline_of(run, origin));
+    while (outcome == TILES_DONE && rounds_next(&rounds, pass)) {
+        origin->level = rounds.level;
+        tell_round(run, &rounds);
+        outcome = trace_pass(run, world, pass, picture, origin);
+    }
+    if (outcome == TILES_DONE) {
+        end_rounds(run, &rounds, origin);
+    }
+    return outcome;
+}
+
+// An exit status.
+static int trace_frame(Run *run, const World *world, int64_t frame, const char *picture,
+                       FilmOrigin *origin) {
+    double start = clock_seconds(), waited = world_waited(world);
+    TilePass pass = {.frame = frame, .first = origin->first, .n = origin->n};
+    TilesOutcome outcome = run->options->is_adaptive
+                               ? trace_rounds(run, world, &pass, picture, origin)
+                               : trace_pass(run, world, &pass, picture, origin);
     run->stats->trace_seconds +=
         clock_seconds() - start - (world_waited(world) - waited) / run->options->n_threads;
     return !world_is_sound(world, run->reporter) ? STATUS_SCENE
@@ -115,7 +177,7 @@ static int trace_frame(Run *run, const World *world, int64_t frame, const char *
 
 // World NULL: the frame is summed up from worlds of its own, without checkpoints.
 static int trace(Run *run, const World *world, int64_t frame, const char *picture,
-                 const FilmOrigin *origin) {
+                 FilmOrigin *origin) {
     return world ? trace_frame(run, world, frame, picture, origin)
                  : accumulate_trace(&run->scene, run->options, frame, run->reporter, &run->film,
                                     &run->progress, run->stats, &run->troubles);
@@ -134,7 +196,8 @@ static int refuse_picture(Run *run, const char *picture, const FilmOrigin *origi
 }
 
 // The film gets what is there of the frame already. False: reported.
-static bool begin_film(Run *run, const char *picture, const FilmOrigin *origin) {
+static bool begin_film(Run *run, const char *picture, FilmOrigin *origin) {
+    run->began = clock_seconds();
     bool is_fine = checkpoint_begin(&run->checkpoint, run->options, picture, &run->film, origin,
                                     run->reporter);
     progress_skip(&run->progress, film_totals(&run->film).total);
@@ -148,7 +211,7 @@ static int finish(const Run *run, int64_t frame, bool was_there) {
 }
 
 static int make_picture(Run *run, const World *world, int64_t frame, const char *picture,
-                        const FilmOrigin *origin) {
+                        FilmOrigin *origin) {
     char message[OUTPUT_MESSAGE_SIZE];
     if (!begin_film(run, picture, origin)) {
         return STATUS_FILES;
@@ -162,11 +225,13 @@ static int make_picture(Run *run, const World *world, int64_t frame, const char 
     }
     double traced = clock_seconds();
     bool is_written = write_picture(run, picture, origin, message, sizeof message);
-    run->stats->write_seconds += clock_seconds() - traced;
+    run->write_seconds = clock_seconds() - traced;
+    run->stats->write_seconds += run->write_seconds;
     if (!is_written) {
         return refuse_picture(run, picture, origin, message);
     }
     run->stats->n_frames++;
+    run->n_ahead -= run->n_ahead > 0;
     checkpoint_remove(picture);
     progress_written(&run->progress, frame);
     return finish(run, frame, false);
@@ -218,13 +283,16 @@ static int render_block(Run *run, const int64_t *frames, uint32_t n, uint32_t *n
         *n_taken = 1;
         return render_frame(run, NULL, frames[0]);
     }
+    const double began = clock_seconds();
     World *world =
         world_build(&run->scene, run->options, frames, n, run->reporter, n_taken, run->stats);
     if (!world) {
         return interrupt_is_asked() ? STATUS_INTERRUPTED : STATUS_SCENE;
     }
+    run->block_end = began + *n_taken * run->options->seconds;
     int status = STATUS_FINE;
     for (uint32_t i = 0; i < *n_taken && status == STATUS_FINE; i++) {
+        run->n_in_block = *n_taken - i;
         status = interrupt_is_asked() ? STATUS_INTERRUPTED : render_frame(run, world, frames[i]);
     }
     world_count(world, run->stats);
@@ -273,6 +341,7 @@ static int sort_out(Run *run, uint32_t *n) {
     }
     memcpy(frames + n_left, held, n_held * sizeof *held);
     run->n_frames = n_left + n_held;
+    run->n_ahead = run->n_frames;
     progress_left(&run->progress, run->n_frames * run->frame_samples);
     *n = n_left;
     return status;
@@ -325,7 +394,8 @@ static void make_film(Run *run) {
     const RenderOptions *options = run->options;
     const FilmSettings *settings = &run->scene.film;
     bool is_crop = options->crop_x1 > 0;
-    film_init(&run->film, &run->arena, settings->layers,
+    uint32_t halves = options->is_adaptive ? FILM_HALVES : 0;
+    film_init(&run->film, &run->arena, settings->layers | halves,
               is_crop ? options->crop_x1 - options->crop_x0 : settings->width,
               is_crop ? options->crop_y1 - options->crop_y0 : settings->height);
     run->film.x = options->crop_x0;
@@ -342,6 +412,7 @@ static int render_blocks(Run *run) {
     troubles_init(&run->reported, &run->arena, &run->scene);
     uint64_t spp =
         options->last_sample ? options->last_sample - options->first_sample + 1 : options->spp;
+    spp = options->is_adaptive && spp > ADAPTIVE_PILOT ? ADAPTIVE_PILOT : spp;
     run->frame_samples = (uint64_t)run->film.width * run->film.height * spp;
     progress_begin(&run->progress, options->progress, options->n_frames,
                    run->frame_samples * options->n_frames);

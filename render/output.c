@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "render/adaptive.h"
 #include "render/cryptomatte.h"
 #include "render/outfile.h"
 
@@ -187,6 +188,7 @@ void output_describe(const Scene *scene, const RenderOptions *options, int64_t f
     const ImageAttribute settings[] = {
         number("tolerance", ATTRIBUTE_FLOAT, options->tolerance),
         number("bake", ATTRIBUTE_INT, options->bake),
+        number("adaptive", ATTRIBUTE_INT, options->is_adaptive),
         number(TRANSPARENT, ATTRIBUTE_INT, film->transparent),
         number(EXPOSURE, ATTRIBUTE_FLOAT, film->exposure),
         number(VIEW, ATTRIBUTE_INT, film->view),
@@ -202,11 +204,14 @@ void output_describe(const Scene *scene, const RenderOptions *options, int64_t f
         .y = options->crop_y0,
         .full_width = film->width,
         .full_height = film->height,
-        .layers = film->layers,
+        .layers = film->layers | (options->is_adaptive ? FILM_HALVES : 0),
         .first = first,
         .n = (options->last_sample ? options->last_sample : options->spp) - first,
         .spp = options->spp,
     };
+    origin->stops[STOP_NOISE] = arena_printf(arena, "noise %.15g", options->noise);
+    origin->stops[STOP_SAMPLES] = arena_printf(arena, "samples %.15g", options->mean_spp);
+    origin->stops[STOP_TIME] = arena_printf(arena, "time %.15g", options->seconds);
     copy_attributes(arena, attributes, sizeof attributes / sizeof *attributes, &origin->attributes,
                     &origin->n_attributes);
     copy_attributes(arena, settings, sizeof settings / sizeof *settings, &origin->settings,
@@ -239,17 +244,40 @@ static FilmSettings picture_settings(const FilmOrigin *origin) {
     };
 }
 
+// What makes the same picture again: where a bound on time or samples ended it, the samples that
+// were taken by then.
+static const char *adaptive_command(Arena *arena, const FilmOrigin *origin, const char *command) {
+    return origin->stopped == origin->stops[STOP_NOISE]
+               ? arena_printf(arena, "%s --%s", command, origin->stopped)
+               : arena_printf(arena, "%s --noise 0 --spp %.15g", command,
+                              (double)origin->level / LEVEL_SAMPLE);
+}
+
 // The origin's attributes, with how many samples there are.
 static void add_header(const FilmOrigin *origin, Arena *arena, Image *image) {
     copy_attributes(arena, origin->attributes, origin->n_attributes, &image->attributes,
                     &image->n_attributes);
+    const double level = (double)origin->level / LEVEL_SAMPLE;
     for (uint32_t i = 0; i < image->n_attributes; i++) {
         ImageAttribute *a = &image->attributes[i];
         if (!strcmp(a->name, "samples")) {
-            a->number = origin->n;
+            *a = origin->stopped ? number("samples", ATTRIBUTE_FLOAT, level)
+                                 : number("samples", ATTRIBUTE_INT, origin->n);
         } else if (!strcmp(a->name, "command")) {
-            a->string = arena_printf(arena, "%s --spp %u", a->string, origin->n);
+            a->string = origin->stopped ? adaptive_command(arena, origin, a->string)
+                                        : arena_printf(arena, "%s --spp %u", a->string, origin->n);
         }
+    }
+}
+
+// With what was reached, of a film in halves that is finished.
+static void add_reached(const FilmOrigin *origin, Arena *arena, Image *image) {
+    ImageAttribute *attributes = ARENA_ARRAY(arena, image->n_attributes + 2, ImageAttribute);
+    if (origin->stopped) {
+        memcpy(attributes, image->attributes, image->n_attributes * sizeof *attributes);
+        attributes[image->n_attributes++] = number("noise", ATTRIBUTE_FLOAT, origin->noise);
+        attributes[image->n_attributes++] = text("stopped", origin->stopped);
+        image->attributes = attributes;
     }
 }
 
@@ -288,6 +316,7 @@ bool output_write(const char *path, const Film *film, const FilmOrigin *origin, 
     const FilmSettings settings = picture_settings(origin);
     film_image(film, &arena, &image);
     add_header(origin, &arena, &image);
+    add_reached(origin, &arena, &image);
     cryptomatte_add(origin->names, film, &arena, &image);
     image.crop = crop_of(origin);
     image.compression = settings.compression;
@@ -311,6 +340,18 @@ static void drop_names(Image *image) {
     image->n_attributes = n;
 }
 
+// Whether a picture of a film in halves was ended by a bound that this one has too.
+static bool has_stop(const Image *found, const FilmOrigin *origin) {
+    bool has_one = false;
+    for (uint32_t i = 0; i < found->n_attributes; i++) {
+        const ImageAttribute *a = &found->attributes[i];
+        for (int k = 0; k < RENDER_STOPS && !strcmp(a->name, "stopped"); k++) {
+            has_one |= a->kind == ATTRIBUTE_STRING && strcmp(a->string, origin->stops[k]) == 0;
+        }
+    }
+    return has_one;
+}
+
 static bool picture_is_made(Arena *arena, const char *path, const FilmOrigin *origin) {
     char message[OUTPUT_MESSAGE_SIZE];
     Image found, wanted = {0};
@@ -321,11 +362,12 @@ static bool picture_is_made(Arena *arena, const char *path, const FilmOrigin *or
         return false;
     }
     drop_names(&found);
-    return found.width == origin->width && found.height == origin->height &&
-           found.crop.x == crop.x && found.crop.y == crop.y && found.crop.width == crop.width &&
-           found.crop.height == crop.height &&
+    bool is_adaptive = origin->layers & FILM_HALVES;
+    return (!is_adaptive || has_stop(&found, origin)) && found.width == origin->width &&
+           found.height == origin->height && found.crop.x == crop.x && found.crop.y == crop.y &&
+           found.crop.width == crop.width && found.crop.height == crop.height &&
            film_attributes_agree(arena, found.attributes, found.n_attributes, wanted.attributes,
-                                 wanted.n_attributes, true, &difference);
+                                 wanted.n_attributes, !is_adaptive, &difference);
 }
 
 static bool sums_are_made(Arena *arena, const char *path, const FilmOrigin *origin) {

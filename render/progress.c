@@ -23,6 +23,7 @@ void progress_begin(Progress *progress, ProgressKind kind, uint32_t n_frames, ui
 
 void progress_frame(Progress *progress, int64_t frame) {
     progress->frame = frame;
+    progress->noise = 0;
     progress->since = clock_seconds();
 }
 
@@ -35,12 +36,20 @@ void progress_pause(Progress *progress) {
     progress->since = INFINITY;
 }
 
+void progress_judge(Progress *progress, uint64_t left, double noise) {
+    progress->total = progress->traced + progress->skipped + left;
+    progress->noise = noise;
+}
+
 static void print_bar(const Progress *progress, double done, double rate, double left) {
     enum { WIDTH = 24 };
     static const char marks[] = "========================";
     int n = (int)(done * WIDTH);
     fprintf(stderr, "\r\033[K%3d %% [%.*s%*s] frame %lld, %.2f Msamples/s", (int)(done * 100), n,
             marks, WIDTH - n, "", (long long)progress->frame, rate * 1e-6);
+    if (progress->noise > 0) {
+        fprintf(stderr, ", noise %.3g", progress->noise);
+    }
     if (left < 100) {
         fprintf(stderr, ", %.0f s left", left);
     } else if (left < 100 * 60) {
@@ -66,8 +75,12 @@ static void print(const Progress *progress, uint64_t traced, double now) {
     } else {
         fprintf(stderr,
                 "{\"version\":1,\"event\":\"progress\",\"frame\":%lld,\"done\":%.4f,"
-                "\"samples_per_second\":%.0f,\"seconds_left\":%.1f}\n",
+                "\"samples_per_second\":%.0f,\"seconds_left\":%.1f",
                 (long long)progress->frame, done, rate, left);
+        if (progress->noise > 0) {
+            fprintf(stderr, ",\"noise\":%.4g", progress->noise);
+        }
+        fputs("}\n", stderr);
     }
 }
 

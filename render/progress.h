@@ -15,6 +15,7 @@ typedef struct {
     double since;   // of clock_seconds: the last progress_frame; INFINITY: nothing is traced now
     double seconds; // traced before that
     double next;    // of clock_seconds: the next line
+    double noise;   // estimated, of the frame at work; 0: not known
 } Progress;
 
 void progress_begin(Progress *progress, ProgressKind kind, uint32_t n_frames, uint64_t total);
@@ -27,6 +28,9 @@ void progress_add(Progress *progress, uint64_t samples);  // from any thread
 void progress_skip(Progress *progress, uint64_t samples);
 // The same by what is left of the total besides what was traced.
 void progress_left(Progress *progress, uint64_t samples);
+// Between two rounds of a frame: how many samples are left as far as can be told, and how large
+// its noise is, relative; 0: not known yet.
+void progress_judge(Progress *progress, uint64_t left, double noise);
 void progress_end(Progress *progress); // clears the line
 
 #endif

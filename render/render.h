@@ -25,6 +25,12 @@ typedef enum { PROGRESS_NONE, PROGRESS_BAR, PROGRESS_JSON } ProgressKind;
 // it is 0, ends the run as its exit status.
 typedef int FrameFinished(void *context, int64_t frame, bool was_there);
 
+// What ended a frame whose samples are allotted by need.
+typedef enum { STOP_NOISE, STOP_SAMPLES, STOP_TIME, RENDER_STOPS } RenderStop;
+
+// Samples per pixel in the mean that bound such a frame where nobody gives a bound.
+enum { RENDER_SPP_UNBOUNDED = 1 << 16 };
+
 typedef struct {
     const int64_t *frames; // film frame numbers in the order to render, n_frames >= 1
     uint32_t n_frames;
@@ -32,6 +38,12 @@ typedef struct {
     uint32_t spp;    // >= 1
     uint32_t first_sample, last_sample; // of each pixel, from 1 to spp: a slice, whose `out` is a
                                         // file of sums; 0, 0: all
+    // Samples go where the noise is (render/adaptive.h), until one of three bounds is reached:
+    // mean_spp, samples per pixel in the mean of the picture, spp being that rounded up; noise, the
+    // relative RMSE, 0: none; seconds, for each frame with its share in the sampling and building
+    // of its block, 0: none. Without slices and subframes.
+    bool is_adaptive;
+    double mean_spp, noise, seconds;
     uint32_t subframes; // >= 1: so many sharp pictures add up to a frame (render/accumulate.h), spp
                         // a multiple of it; 0: every sample has an instant of its own
     bool is_still; // a world of one instant, at which the shutter opens: vertices stand as they
@@ -74,8 +86,12 @@ typedef struct {
     uint64_t lens_samples, light_samples, time_samples; // drawn; 0 where the scene needs none
     uint64_t film_samples;                              // of all pixels
     uint64_t dropped_samples;                           // not finite, counted as black
-    double tolerance_reached; // pixels, the largest estimated error of the sampled motion
-    AccelStats accel;         // summed over objects and blocks (kappa: of all)
+    // Of frames whose samples were allotted by need:
+    uint64_t n_stopped[RENDER_STOPS]; // by what
+    double noise_reached;             // relative RMSE, estimated; of the worst frame
+    double mean_samples;              // per pixel, over all frames
+    double tolerance_reached;         // pixels, the largest estimated error of the sampled motion
+    AccelStats accel;                 // summed over objects and blocks (kappa: of all)
     AccelCounters rays;
 } RenderStats;
 

@@ -83,17 +83,25 @@ static uint32_t shuffle(uint32_t index, uint32_t set, uint32_t seed) {
 
 Sampler sampler_pixel(uint64_t seed, bool freeze, int64_t frame, uint32_t x, uint32_t y) {
     uint64_t key = combine(seed, freeze ? 0 : (uint64_t)frame);
-    return (Sampler){combine(key, (uint64_t)y << 32 | x)};
+    return (Sampler){{combine(key, (uint64_t)y << 32 | x)}, 1};
+}
+
+Sampler sampler_pixel_halves(uint64_t seed, bool freeze, int64_t frame, uint32_t x, uint32_t y) {
+    Sampler sampler = sampler_pixel(seed, freeze, frame, x, y);
+    sampler.key[1] = combine(sampler.key[0], UINT64_MAX); // more than any set
+    sampler.n_halves = 2;
+    return sampler;
 }
 
 void sampler_draw(const Sampler *sampler, uint32_t index, uint32_t set,
                   double out[SAMPLE_DIMENSIONS]) {
-    const uint64_t key = combine(sampler->key, set);
+    const uint32_t shift = sampler->n_halves - 1;
+    const uint64_t key = combine(sampler->key[index & shift], set);
     const uint64_t more = mix(key + 1), most = mix(key + 2);
     const uint32_t seeds[SAMPLE_DIMENSIONS] = {(uint32_t)more, (uint32_t)(more >> 32),
                                                (uint32_t)most, (uint32_t)(most >> 32)};
     uint32_t point[SAMPLE_DIMENSIONS] = {0};
-    for (uint32_t rest = shuffle(index, set, (uint32_t)key); rest; rest &= rest - 1) {
+    for (uint32_t rest = shuffle(index >> shift, set, (uint32_t)key); rest; rest &= rest - 1) {
         const uint32_t *row = directions[__builtin_ctz(rest)];
         for (int d = 0; d < SAMPLE_DIMENSIONS; d++) {
             point[d] ^= row[d];

@@ -31,12 +31,17 @@ enum {
 
 // Where a pixel is in the space of all random numbers.
 typedef struct {
-    uint64_t key;
+    uint64_t key[2];
+    uint32_t n_halves; // 1: the first key has all samples; 2: it has the even, the second the odd
 } Sampler;
 
 // x, y: the pixel, from the picture's corner (not the crop's). With freeze the frame's number has
 // no say, and the noise stands still over the film.
 Sampler sampler_pixel(uint64_t seed, bool freeze, int64_t frame, uint32_t x, uint32_t y);
+
+// The same in two halves that are independent of each other, each a sequence as above: samples 0,
+// 2, 4... are the samples 0, 1, 2... of sampler_pixel, samples 1, 3, 5... are others.
+Sampler sampler_pixel_halves(uint64_t seed, bool freeze, int64_t frame, uint32_t x, uint32_t y);
 
 // Sample `index` of a set. Each value in (0, 1): never 0, never 1, a multiple of 2^-33.
 void sampler_draw(const Sampler *sampler, uint32_t index, uint32_t set,

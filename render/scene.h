@@ -22,8 +22,11 @@ typedef struct {
     uint32_t bounces; // 0: direct light only
     uint32_t spp;     // 0: not said
     uint64_t seed;
-    bool freeze;  // the noise is the same in every frame
-    double clamp; // radiance that one surface adds to a path after its first bounce; 0: any
+    bool freeze;    // the noise is the same in every frame
+    bool has_noise; // samples are to go on until the noise is that:
+    double noise;   // relative RMSE of the picture
+    double seconds; // to spend on a frame; 0: as many as it takes
+    double clamp;   // radiance that one surface adds to a path after its first bounce; 0: any
 } RenderSettings;
 
 // Who asks whether a ray meets a shape.

@@ -89,6 +89,19 @@ static void write_samples(Json *json, const RenderStats *stats) {
     close_object(json);
 }
 
+// Of pictures whose samples were allotted by need.
+static void write_quality(Json *json, const RenderStats *stats) {
+    static const char *const names[RENDER_STOPS] = {"ended_by_noise", "ended_by_samples",
+                                                    "ended_by_time"};
+    open_object(json, "quality");
+    for (int i = 0; i < RENDER_STOPS; i++) {
+        count(json, names[i], stats->n_stopped[i]);
+    }
+    real(json, "noise", stats->noise_reached);
+    real(json, "samples_per_pixel", stats->mean_samples);
+    close_object(json);
+}
+
 static void write_tree(Json *json, const AccelStats *stats) {
     open_object(json, "tree");
     real(json, "segment_seconds", stats->segment_seconds);
@@ -140,6 +153,7 @@ static char *format(const RenderStats *stats, size_t *size) {
     write_seconds(&json, stats);
     write_scene(&json, stats);
     write_samples(&json, stats);
+    write_quality(&json, stats);
     write_rays(&json, stats);
     write_tree(&json, &stats->accel);
     fputs("\n}\n", file);

@@ -43,8 +43,11 @@ static void tell_progress(Worker *worker) {
 static void trace_pixel(Worker *worker, uint32_t x, uint32_t y) {
     Job *job = worker->job;
     PathTracer *tracer = &worker->tracer;
-    const uint32_t n = job->pass->n; // the same for all pixels, which is up to the pass alone
-    Sampler sampler = sampler_pixel(job->options->seed, job->freeze, tracer->frame, x, y);
+    const Allocation *allocation = job->pass->allocation;
+    const uint32_t n = allocation ? allocation_count(allocation, job->film, x, y) : job->pass->n;
+    Sampler sampler =
+        allocation ? sampler_pixel_halves(job->options->seed, job->freeze, tracer->frame, x, y)
+                   : sampler_pixel(job->options->seed, job->freeze, tracer->frame, x, y);
     for (uint32_t i = film_count(job->film, x, y); i < n && !is_stopped(job); i++) {
         path_trace(tracer, &sampler, x, y, job->pass->first + i, job->film);
         if (++worker->n_untold == CLOCK_EVERY) {

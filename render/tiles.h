@@ -8,16 +8,18 @@
 #ifndef RENDER_TILES_H
 #define RENDER_TILES_H
 
+#include "render/adaptive.h"
 #include "render/path.h"
 #include "render/progress.h"
 
 enum { TILE_SIZE = 16 };
 
 typedef struct {
-    int64_t frame;  // a number, 1 is the first
-    uint32_t first; // index of the first sample of each pixel
-    uint32_t n;     // samples that each pixel is to have
-    double due;     // of clock_seconds: when to come back for a checkpoint; INFINITY: never
+    int64_t frame;                // a number, 1 is the first
+    uint32_t first;               // index of the first sample of each pixel
+    uint32_t n;                   // samples that each pixel is to have
+    const Allocation *allocation; // NULL, or how many each is to have, of a film in two halves
+    double due; // of clock_seconds: when to come back for a checkpoint; INFINITY: never
 } TilePass;
 
 typedef enum { TILES_DONE, TILES_DUE, TILES_INTERRUPTED } TilesOutcome;

@@ -135,12 +135,32 @@ static void sampler_decorrelates_sets(void **state) {
     assert_uniform(pair, 64, N);
 }
 
+// The even samples are those of the pixel, the odd are independent of them.
+static void sampler_halves_are_independent(void **state) {
+    (void)state;
+    enum { N = 1 << 14 };
+    int pair[64] = {0}, odd[64] = {0};
+    for (uint32_t i = 0; i < N; i++) {
+        Sampler s = sampler_pixel_halves(3, false, 1, i % 128, i / 128);
+        Sampler whole = sampler_pixel(3, false, 1, i % 128, i / 128);
+        double p[SAMPLE_DIMENSIONS], q[SAMPLE_DIMENSIONS], even[SAMPLE_DIMENSIONS];
+        sampler_draw(&s, 10, 1, even);
+        sampler_draw(&whole, 5, 1, p);
+        assert_memory_equal(even, p, sizeof p);
+        sampler_draw(&s, 11, 1, q);
+        pair[(int)(p[0] * 8) << 3 | (int)(q[0] * 8)]++;
+        odd[(int)(q[0] * 64)]++;
+    }
+    assert_uniform(pair, 64, N);
+    assert_uniform(odd, 64, N);
+}
+
 static void sampler_freezes(void **state) {
     (void)state;
     Sampler a = sampler_pixel(9, true, 1, 2, 3), b = sampler_pixel(9, true, 50, 2, 3);
-    assert_true(a.key == b.key);
+    assert_true(a.key[0] == b.key[0]);
     b = sampler_pixel(9, false, 50, 2, 3);
-    assert_true(a.key != b.key);
+    assert_true(a.key[0] != b.key[0]);
 }
 
 static double blackman_harris(double x) {
@@ -236,6 +256,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(sampler_stratifies_pixel_and_time),
     cmocka_unit_test(sampler_decorrelates_places),
     cmocka_unit_test(sampler_decorrelates_sets),
+    cmocka_unit_test(sampler_halves_are_independent),
     cmocka_unit_test(sampler_freezes),
     cmocka_unit_test(filter_follows_its_density),
     cmocka_unit_test(filter_shares_are_in_closed_form),

@@ -34,7 +34,7 @@ test_constant_nan() {
 }
 
 test_not_supported_yet() {
-    refuses 1 'not supported yet' <<<'render { noise = 0.01 }  box { }'
+    refuses 1 'not supported yet' <<<'mesh { clip = "walk" }'
 }
 
 test_missing_mesh() {

@@ -171,7 +171,7 @@ test_damaged_checkpoints_are_not_believed() {
     resume damaged
     cp kept part.exr.checkpoint
     printf '\11' | dd of=part.exr.checkpoint bs=1 seek=8 conv=notrunc 2>/dev/null
-    resume 'a file of sums of version 9, where this st4 reads version 2'
+    resume 'a file of sums of version 9, where this st4 reads version 3'
     echo 'nothing of the kind, and long enough' >part.exr.checkpoint
     resume 'not a file of sums'
     : >part.exr.checkpoint
