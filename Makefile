@@ -6,6 +6,7 @@
 # make test-stability   rays and geometry that break things; STRESS=1 scale=0.1 filter=closed_*
 # make bench      structures against Embree         make bench-lang  language against C, POV-Ray
 # make bench-sim  simulations against bare loops around ODE and CVODE
+# make bench-instances  a million instances    make bench-others   motion blur beside POV-Ray's and Cycles'
 # make thesis     the tables of the thesis that it all began with
 # make gallery    all examples in one picture
 # config=release|debug|asan|ubsan selects flags and the folder build/$(config).
@@ -21,6 +22,7 @@ PACKAGES := gcc g++ make pkg-config libopenexr-dev libopenimageio-dev libsleef-d
             libclang-rt-dev
 # For the benchmarks alone.
 BENCH_PACKAGES := libembree-dev
+OTHERS_PACKAGES := povray openimageio-tools
 GALLERY_PACKAGES := openimageio-tools fonts-dejavu-core
 
 CFLAGS_release := -O2 -g
@@ -189,6 +191,14 @@ run-bench-instances: $(B)/bench-instances
 .PHONY: bench-lang
 bench-lang: st4 $(B)/bench-lang
 	@ST4=$(B)/st4 BENCH=$(B)/bench-lang tests/bench/bench_lang.sh
+
+# Against POV-Ray's accumulated subframes and, where blender is installed, Cycles:
+# tests/bench/others/compare.py names its variables.
+.PHONY: bench-others
+bench-others: st4
+	@$(MAKE) --no-print-directory deps MORE_PACKAGES="$(OTHERS_PACKAGES)"
+	@ST4=$(B)/st4 target=$(target) reference=$(reference) scenes="$(scenes)" \
+	    tests/bench/others/compare.py
 
 # Every example at its full size: out/gallery.png; spp=N samples a pixel.
 .PHONY: gallery
