@@ -5,8 +5,9 @@
 #include "render/local_time.h"
 
 enum {
-    PROBES = 8, // instants within a span whose bounds are asked for
-    DEPTH = 12, // halvings of such a span
+    PROBES = 8,    // instants within a span whose bounds are asked for
+    DEPTH = 12,    // halvings of such a span
+    PIECES = 1024, // of one; what breaks that often is not followed any further
 };
 
 // Corners may be so far from a straight line, relative to the box, before a span is halved.
@@ -119,6 +120,7 @@ typedef struct {
     double fps;
     int64_t frame;
     Bounds sum;
+    uint32_t n_pieces;
 } Sweep;
 
 static Corners corners_at(const Sweep *s, double frac) {
@@ -175,7 +177,7 @@ static void sweep(Sweep *s, double lo, double hi, const Corners *a, const Corner
     }
     double size = vec3_length(vec3_sub(bounds_corner(s->box, 7), bounds_corner(s->box, 0)));
     double shown = is_whole ? vec3_length(vec3_sub(a->p[7], a->p[0])) : size;
-    if (depth == DEPTH || (is_whole && off <= STRAIGHT * shown)) {
+    if (depth == DEPTH || ++s->n_pieces > PIECES || (is_whole && off <= STRAIGHT * shown)) {
         s->sum = bounds_join(s->sum, bounds_are_empty(seen) ? seen : pad(seen, 2 * off));
         return;
     }
@@ -241,7 +243,7 @@ Bounds body_bounds(const Body *body, double fps, int64_t frame, double lo, doubl
     if (body->many) {
         return pad_rounding(points);
     }
-    Sweep s = {map_of_body, body, points, fps, frame, bounds_empty()};
+    Sweep s = {map_of_body, body, points, fps, frame, bounds_empty(), 0};
     return sweep_between(&s, lo, hi, program_reads_time(body->shape->transform));
 }
 
@@ -252,6 +254,6 @@ static bool map_of_program(const void *context, double seconds, Affine *map) {
 }
 
 Bounds map_bounds(const Program *map, Bounds box, double first, double last) {
-    Sweep s = {map_of_program, map, box, 1, 0, bounds_empty()};
+    Sweep s = {map_of_program, map, box, 1, 0, bounds_empty(), 0};
     return map ? sweep_between(&s, first, last, program_reads_time(map)) : box;
 }

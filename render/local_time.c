@@ -4,7 +4,10 @@
 
 #include "render/mover.h"
 
-enum { DEPTH = 12 };
+enum {
+    DEPTH = 12,
+    PIECES = 256 // of one interval: what a clock that jumps more often shows is taken together
+};
 
 // Off the chord by so much of its length a clock still counts as bent, not as broken.
 static const double STRAIGHT = 0.05;
@@ -46,6 +49,7 @@ typedef struct {
     int64_t frame;
     LocalTake *take;
     void *context;
+    uint32_t n_pieces;
 } Walk;
 
 static double shown_at(const Walk *w, double frac) {
@@ -70,12 +74,13 @@ static void take_jump(const Walk *w, double lo, double hi, double a, double b) {
     }
 }
 
-static void walk(const Walk *w, double lo, double hi, double a, double b, int depth) {
+static void walk(Walk *w, double lo, double hi, double a, double b, int depth) {
     double mid = 0.5 * (lo + hi), m = shown_at(w, mid);
     double off = fabs(m - 0.5 * (a + b)), size = fmax(fabs(a), fabs(b));
-    if (off <= STRAIGHT * fabs(b - a) + 0x1p-50 * size) {
+    bool is_known = isfinite(off);
+    if ((++w->n_pieces > PIECES && is_known) || off <= STRAIGHT * fabs(b - a) + 0x1p-50 * size) {
         w->take(w->context, fmin(fmin(a, b), m) - 2 * off, fmax(fmax(a, b), m) + 2 * off);
-    } else if (depth == DEPTH) {
+    } else if (depth == DEPTH || w->n_pieces > PIECES) {
         take_jump(w, lo, hi, a, b);
     } else {
         walk(w, lo, mid, a, m, depth + 1);
@@ -85,7 +90,7 @@ static void walk(const Walk *w, double lo, double hi, double a, double b, int de
 
 void local_times(const Shape *shape, const double *loops, double fps, int64_t frame, double lo,
                  double hi, LocalTake *take, void *context) {
-    Walk w = {shape, loops, fps, frame, take, context};
+    Walk w = {shape, loops, fps, frame, take, context, 0};
     double a = shown_at(&w, lo);
     if (hi > lo) {
         walk(&w, lo, hi, a, shown_at(&w, hi), 0);
