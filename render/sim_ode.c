@@ -9,8 +9,8 @@
 
 #include "render/sim_ode_parts.h"
 
-// Bodies that are slower for so long, on the mean, sleep.
-static const double sleep_speed = 0.01, sleep_spin = 0.02, sleep_time = 0.5;
+// Bodies that are slower for so long sleep; speeds are means over a while.
+static const double sleep_speed = 0.01, sleep_spin = 0.04, sleep_time = 0.5, sleep_mean = 0.1;
 static const double most_distance = 1e7, most_speed = 1e6; // beyond, a body has run away
 
 // ---- Places
@@ -300,7 +300,8 @@ static bool set_up(OdeRun *run) {
     dWorldSetAutoDisableAngularThreshold(run->world, sleep_spin);
     dWorldSetAutoDisableTime(run->world, sleep_time);
     dWorldSetAutoDisableSteps(run->world, 0);
-    dWorldSetAutoDisableAverageSamplesCount(run->world, SLEEP_SAMPLES);
+    dWorldSetAutoDisableAverageSamplesCount(
+        run->world, (unsigned)fmax(1, fmin(ceil(sleep_mean / sim->step), 1000)));
     for (uint32_t i = 0; run->bodies && i < sim->n_bodies; i++) {
         if (!make_body(run, &run->bodies[i], &sim->bodies[i])) {
             return false;

@@ -8,7 +8,8 @@
 
 #include "render/sim_ode.h"
 
-enum { SLEEP_SAMPLES = 16 }; // steps over which a body's speed is averaged, to see whether it rests
+// What goes on in an island of bodies, the stronger the later.
+typedef enum { ODE_AT_REST, ODE_HIT, ODE_PUSHED } OdeDrive;
 
 typedef struct {
     const RigidBody *about;
@@ -18,7 +19,7 @@ typedef struct {
     bool touches, is_jointed;
     uint32_t member;
     uint32_t island; // the number of another body in it, or its own
-    bool is_driven;  // of the body that stands for its island: something in it is under way
+    OdeDrive drive;  // of the body that stands for its island
 } OdeBody;
 
 // Two geoms that touch.

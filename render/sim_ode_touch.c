@@ -3,9 +3,10 @@
 //
 // ODE wakes all bodies that touch each other, over any number of others, while one of them moves: a
 // pile would never come to rest, since it creeps for as long as anything does. Here such an island
-// wakes only while something in it is under way: it moves faster than wake_speed, is pushed by a
-// force, hangs on a joint or lies on a body that is moved. Else a body that sleeps is as good as
-// fixed for those that do not yet, so that one after the other comes to rest.
+// wakes while something in it is pushed by a force, hangs on a joint or lies on a body that is
+// moved, and takes part in a step in which something in it is as fast as what hits. What is slower
+// wakes those that it touches. Else a body that sleeps is as good as fixed for those that do not
+// yet, so that one after the other comes to rest.
 #include <math.h>
 #include <stdlib.h>
 
@@ -13,8 +14,9 @@
 
 enum { MOST_CONTACTS = 128, KEPT_CONTACTS = 12 };
 
-static const double least_bounce = 0.05;                // slower than this nothing bounces, m/s
-static const double wake_speed = 0.05, wake_spin = 0.2; // m/s, rad/s
+static const double least_bounce = 0.05;                 // slower than this nothing bounces, m/s
+static const double wake_speed = 0.05, wake_spin = 0.25; // of what is touched; m/s, rad/s
+static const double hit_speed = 0.25, hit_spin = 1;      // of the whole island
 
 // ---- Contacts
 
@@ -112,34 +114,51 @@ static bool is_faster(const OdeBody *body, double speed, double spin) {
            w[0] * w[0] + w[1] * w[1] + w[2] * w[2] > spin * spin;
 }
 
-static bool is_under_way(const OdeBody *body) {
-    return body->about->force || body->is_jointed || is_faster(body, wake_speed, wake_spin);
+static bool is_asleep(const OdeBody *body) {
+    return may_move(body) && !dBodyIsEnabled(body->id);
+}
+
+static void add_drive(OdeBody *island, OdeDrive drive) {
+    island->drive = drive > island->drive ? drive : island->drive;
 }
 
 static void find_islands(OdeRun *run) {
     for (uint32_t i = 0; i < run->sim->n_bodies; i++) {
         OdeBody *body = &run->bodies[i];
         body->island = i;
-        body->is_driven = may_move(body) && is_under_way(body);
+        body->drive = !may_move(body)                          ? ODE_AT_REST
+                      : body->about->force || body->is_jointed ? ODE_PUSHED
+                      : is_faster(body, hit_speed, hit_spin)   ? ODE_HIT
+                                                               : ODE_AT_REST;
     }
     for (size_t i = 0; i < run->n_touches; i++) {
         OdeBody *a = run->touches[i].a, *b = run->touches[i].b;
         if (may_move(a) && may_move(b)) {
             uint32_t from = island_of(run, a), to = island_of(run, b);
-            run->bodies[to].is_driven = run->bodies[to].is_driven || run->bodies[from].is_driven;
+            add_drive(&run->bodies[to], run->bodies[from].drive);
             run->bodies[from].island = to;
         } else {
             const OdeBody *mover = may_move(a) ? a : b, *ground = may_move(a) ? b : a;
-            OdeBody *island = &run->bodies[island_of(run, mover)];
-            island->is_driven =
-                island->is_driven || (ground->about->motion && is_faster(ground, 0, 0));
+            bool is_carried = ground->about->motion && is_faster(ground, 0, 0);
+            add_drive(&run->bodies[island_of(run, mover)], is_carried ? ODE_PUSHED : ODE_AT_REST);
         }
     }
+}
+
+// Their half second of quiet begins anew.
+static void wake(OdeRun *run) {
     for (uint32_t i = 0; i < run->sim->n_bodies; i++) {
         OdeBody *body = &run->bodies[i];
-        if (may_move(body) && run->bodies[island_of(run, body)].is_driven &&
-            !dBodyIsEnabled(body->id)) {
+        if (is_asleep(body) && run->bodies[island_of(run, body)].drive == ODE_PUSHED) {
             dBodyEnable(body->id);
+        }
+    }
+    for (size_t i = 0; i < run->n_touches; i++) {
+        OdeBody *a = run->touches[i].a, *b = run->touches[i].b;
+        if (is_asleep(a) && may_move(b) && is_faster(b, wake_speed, wake_spin)) {
+            dBodyEnable(a->id);
+        } else if (is_asleep(b) && may_move(a) && is_faster(a, wake_speed, wake_spin)) {
+            dBodyEnable(b->id);
         }
     }
 }
@@ -148,11 +167,13 @@ bool sim_ode_touch(OdeRun *run) {
     run->n_touches = run->n_points = 0;
     dSpaceCollide(run->space, run, collide);
     find_islands(run);
+    wake(run);
     for (size_t i = 0; i < run->n_touches; i++) {
         const OdeTouch *touch = &run->touches[i];
-        dBodyID a = touch->a->id, b = touch->b->id;
-        a = may_move(touch->a) && !dBodyIsEnabled(a) ? NULL : a;
-        b = may_move(touch->b) && !dBodyIsEnabled(b) ? NULL : b;
+        const OdeBody *mover = may_move(touch->a) ? touch->a : touch->b;
+        bool is_hit = run->bodies[island_of(run, mover)].drive == ODE_HIT;
+        dBodyID a = is_asleep(touch->a) && !is_hit ? NULL : touch->a->id;
+        dBodyID b = is_asleep(touch->b) && !is_hit ? NULL : touch->b->id;
         for (uint32_t k = 0; k < touch->n && (a || b); k++) {
             dJointID joint =
                 dJointCreateContact(run->world, run->contacts, &run->points[touch->first + k]);

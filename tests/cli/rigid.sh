@@ -264,6 +264,8 @@ sim rigid S {
   }
   body Target { box { size = <0.4, 0.4, 0.4> }  friction = 0.1  translate <0, 0.2, 5> }
   body Ball { sphere { radius = 0.2 }  vel = <-2, 0, 0>  spin = <0, 0, 10>  translate <6, 0.2, 5> }
+  for i in 0..2 { body Row[i] { box { size = <0.4, 0.4, 0.4> }  friction = 0.1  translate <0.4*i, 0.2, 10> } }
+  body Fast { sphere { radius = 0.2 }  vel = <3, 0, 0>  spin = <0, 0, -15>  translate <-8, 0.2, 10> }
   fixed Lift { box { size = <1, 0.2, 1> }  translate <0, 0.9 - 0.05*max(0, t - 2), -5> }
   body Rider { box { size = <0.4, 0.4, 0.4> }  translate <0, 1.2, -5> }
 }
@@ -272,9 +274,10 @@ END
     all_below 1e-3
     at a.st4 '[2.5, 4, 5.9]' 'S.Rider.pos.y - (1.2 - 0.05*(t - 2))' 'S.Rider.pos.x'
     all_below 2e-3
-    at a.st4 '[6]' 'S.Box[0].pos.x' 'S.Target.pos.x'
+    at a.st4 '[6]' 'S.Box[0].pos.x' 'S.Target.pos.x' 'S.Row[2].pos.x'
     below 1 "$(cut -d' ' -f2 <<<"$out")"
     below "$(cut -d' ' -f3 <<<"$out")" -0.1
+    below 0.83 "$(cut -d' ' -f4 <<<"$out")"
 }
 
 test_rigid_mistakes() {
