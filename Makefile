@@ -5,6 +5,7 @@
 # make fuzz       fuzzes the language, for seconds=N or runs=N
 # make test-stability   rays and geometry that break things; STRESS=1 scale=0.1 filter=closed_*
 # make bench      structures against Embree         make bench-lang  language against C, POV-Ray
+# make bench-others     motion blur beside POV-Ray's and Cycles'
 # make thesis     the tables of the thesis that it all began with
 # make gallery    all examples in one picture
 # config=release|debug|asan|ubsan selects flags and the folder build/$(config).
@@ -20,6 +21,7 @@ PACKAGES := gcc g++ make pkg-config libopenexr-dev libopenimageio-dev libsleef-d
             libclang-rt-dev
 # For the benchmarks alone.
 BENCH_PACKAGES := libembree-dev
+OTHERS_PACKAGES := povray openimageio-tools
 GALLERY_PACKAGES := openimageio-tools fonts-dejavu-core
 
 CFLAGS_release := -O2 -g
@@ -178,6 +180,14 @@ run-bench: $(B)/bench-accel
 .PHONY: bench-lang
 bench-lang: st4 $(B)/bench-lang
 	@ST4=$(B)/st4 BENCH=$(B)/bench-lang tests/bench/bench_lang.sh
+
+# Against POV-Ray's accumulated subframes and, where blender is installed, Cycles:
+# tests/bench/others/compare.py names its variables.
+.PHONY: bench-others
+bench-others: st4
+	@$(MAKE) --no-print-directory deps MORE_PACKAGES="$(OTHERS_PACKAGES)"
+	@ST4=$(B)/st4 target=$(target) reference=$(reference) scenes="$(scenes)" \
+	    tests/bench/others/compare.py
 
 # Every example at its full size: out/gallery.png; spp=N samples a pixel.
 .PHONY: gallery
