@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "accel/clock.h"
 #include "lang/command.h"
 
 static bool wants_color(const Options *options) {
@@ -125,7 +126,7 @@ static bool find_frames(Session *session) {
 
 int session_begin(Session *session, Arena *arena, const Options *options) {
     enum { TEXT, JSON };
-    *session = (Session){.arena = arena, .options = options};
+    *session = (Session){.arena = arena, .options = options, .began = clock_seconds()};
     session->sources = (Sources){.arena = arena, .end = 1};
     session->reporter = (Reporter){emit, session};
     session->diag = diag_new(arena, &session->sources, stderr,
@@ -209,6 +210,7 @@ static bool set_bounds(const Session *session, RenderOptions *render) {
     render->is_adaptive = bounds.has_noise || bounds.seconds > 0;
     render->noise = bounds.noise;
     render->seconds = bounds.seconds;
+    render->began = session->began;
     render->mean_spp = bounds.has_spp || !render->is_adaptive ? bounds.spp : RENDER_SPP_UNBOUNDED;
     render->spp = (uint32_t)ceil(render->mean_spp);
     if (!render->is_adaptive) {

@@ -12,6 +12,7 @@
 typedef struct {
     Arena *arena; // borrowed
     const Options *options;
+    double began; // of clock_seconds
     Sources sources;
     Diag *diag;
     const Scene *scene;

@@ -16,6 +16,9 @@
 #include "render/texture.h"
 #include "render/tiles.h"
 
+// Seconds, from which on a bound on time is worth knowing how long writing takes.
+static const double REHEARSED = 2;
+
 enum { STATUS_FINE = 0, STATUS_SCENE = 1, STATUS_FILES = 3, STATUS_INTERRUPTED = 130 };
 
 typedef struct {
@@ -82,7 +85,9 @@ static void troubles_init(PathTroubles *troubles, Arena *arena, const Scene *sce
 static bool save_checkpoint(Run *run, const char *picture, const FilmOrigin *origin) {
     Arena arena = {0};
     FilmOrigin named = *origin;
-    named.milliseconds += (uint32_t)(1000 * fmin(clock_seconds() - run->began, 1e6));
+    if (run->options->is_adaptive) {
+        named.milliseconds += (uint32_t)(1000 * fmin(clock_seconds() - run->began, 1e6));
+    }
     film_names_find(&run->scene, &run->film, &arena, named.names);
     bool is_saved = checkpoint_save(&run->checkpoint, picture, &run->film, &named, run->reporter);
     arena_free(&arena);
@@ -112,6 +117,22 @@ static TilesOutcome trace_pass(Run *run, const World *world, TilePass *pass, con
         }
     } while (outcome == TILES_DUE);
     return outcome;
+}
+
+// How long writing the picture will take: an eighth of it is written, and removed again.
+static double rehearse(Run *run, const char *picture, const FilmOrigin *origin) {
+    char path[OUTPUT_PATH_SIZE + 32], message[OUTPUT_MESSAGE_SIZE];
+    const char *dot = strrchr(picture, '.');
+    const Film whole = run->film;
+    FilmOrigin part = *origin;
+    double start = clock_seconds();
+    run->film.height = part.height = (whole.height + 7) / 8;
+    snprintf(path, sizeof path, "%s.rehearsal%s", picture, dot ? dot : "");
+    if (write_picture(run, path, &part, message, sizeof message)) {
+        unlink(path);
+    }
+    run->film = whole;
+    return (clock_seconds() - start) * whole.height / part.height;
 }
 
 // By when the frame is to be done. The frames of a block share its sampling and building, and its
@@ -150,6 +171,12 @@ static TilesOutcome trace_rounds(Run *run, const World *world, TilePass *pass, c
     Rounds rounds;
     rounds_begin(&rounds, run->options, &run->film, origin->level, deadline_of(run, origin));
     while (outcome == TILES_DONE && rounds_next(&rounds, pass)) {
+        // Of the first picture nobody knows yet how long it takes to be written.
+        bool is_new = origin->level > 0 && !(run->write_seconds > 0);
+        if (run->options->seconds >= REHEARSED && is_new) {
+            run->write_seconds = rehearse(run, picture, origin);
+            rounds.deadline -= run->write_seconds;
+        }
         origin->level = rounds.level;
         tell_round(run, &rounds);
         outcome = trace_pass(run, world, pass, picture, origin);
@@ -289,7 +316,8 @@ static int render_block(Run *run, const int64_t *frames, uint32_t n, uint32_t *n
     if (!world) {
         return interrupt_is_asked() ? STATUS_INTERRUPTED : STATUS_SCENE;
     }
-    run->block_end = began + *n_taken * run->options->seconds;
+    bool is_first = run->stats->n_frames == 0 && run->options->began > 0;
+    run->block_end = (is_first ? run->options->began : began) + *n_taken * run->options->seconds;
     int status = STATUS_FINE;
     for (uint32_t i = 0; i < *n_taken && status == STATUS_FINE; i++) {
         run->n_in_block = *n_taken - i;

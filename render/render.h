@@ -44,6 +44,8 @@ typedef struct {
     // of its block, 0: none. Without slices and subframes.
     bool is_adaptive;
     double mean_spp, noise, seconds;
+    double
+        began; // of clock_seconds: the run, which the first block shares; 0: with the first block
     uint32_t subframes; // >= 1: so many sharp pictures add up to a frame (render/accumulate.h), spp
                         // a multiple of it; 0: every sample has an instant of its own
     bool is_still; // a world of one instant, at which the shutter opens: vertices stand as they
