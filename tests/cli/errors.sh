@@ -34,7 +34,9 @@ test_constant_nan() {
 }
 
 test_not_supported_yet() {
-    refuses 1 'not supported yet' <<<'mesh { clip = "walk" }'
+    refuses 1 'not supported yet' <<END
+mesh { points = [<0, 0, 0>, <1, 0, 0>, <0, 1, 0>]  faces = [[0, 1, 2]]  clip = "walk" }
+END
 }
 
 test_missing_mesh() {
