@@ -4,7 +4,6 @@
 
 #include "render/local_time.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -213,9 +212,9 @@ InstanceSet instance_set_new(Arena *arena, const Shape *shape, Form *form, uint3
     uint32_t *kept = ARENA_ARRAY(&scratch, n_batches, uint32_t);
 #pragma omp parallel for schedule(static) num_threads(n_threads)
     for (uint32_t k = 0; k < n_batches; k++) {
-        Batch *b = malloc(sizeof *b);
+        Arena own = {0};
+        Batch *b = ARENA_NEW(&own, Batch);
         uint32_t first = k * BATCH, count = n - first < BATCH ? n - first : BATCH;
-        memset(b->pace, 0, sizeof b->pace);
         run_batch(shape, first, count, b);
         for (uint32_t i = 0; i < count; i++) {
             InstanceRecord *record = &set.records[first + kept[k]];
@@ -224,7 +223,7 @@ InstanceSet instance_set_new(Arena *arena, const Shape *shape, Form *form, uint3
                 kept[k]++;
             }
         }
-        free(b);
+        arena_free(&own);
     }
     for (uint32_t k = 0; k < n_batches; k++) { // the gaps of those that are nowhere
         if (set.n != k * BATCH) {
