@@ -240,4 +240,5 @@ clean:
 	rm -rf build st4
 
 -include $(patsubst %.o,%.d,$(OBJECTS) $(FUZZ_OBJECTS) $(TESTS) $(STABILITY) \
-    $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o $(ODE:%.c=$(B)/%.o))
+    $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o $(ODE:%.c=$(B)/%.o) \
+    $(patsubst %.c,$(B)/%.o,$(wildcard tests/bench/*.c)))
