@@ -16,11 +16,6 @@ struct BoxTree {
 
 // ---- Building
 
-// Distances of hits come from the objects' own float frames, and may be wrong by so much of an
-// object's size. Boxes enlarged by it make sure that no hit lies before its box, so that the order
-// of visits, which depends on the tree, cannot change which hit is the nearest.
-static const double HIT_ERROR = 0x1p-16;
-
 static bool is_box(const BoxSegment *s, uint32_t n_ticks) {
     bool ok = s->tick0 < s->tick1 && s->tick0 < n_ticks;
     for (int i = 0; i < 3; i++) {
@@ -38,8 +33,8 @@ static BoxSegment pad(const BoxSegment *s, uint32_t n_ticks) {
         largest[i] = fmax(fabs(lo[i]), fabs(hi[i]));
     }
     for (int i = 0; i < 3; i++) {
-        lo[i] -= HIT_ERROR * extent;
-        hi[i] += HIT_ERROR * extent;
+        lo[i] -= BOX_HIT_ERROR * extent;
+        hi[i] += BOX_HIT_ERROR * extent;
     }
     BoxSegment padded = *s;
     padded.tick1 = s->tick1 < n_ticks ? s->tick1 : n_ticks;
@@ -121,7 +116,7 @@ enum { MAILBOXES = 16 };
 
 typedef struct {
     const BoxTree *tree;
-    double o[3], r[3]; // origin, reciprocal direction
+    BoxRay ray;
     double tmin, tmax;
     uint32_t tick;
     BoxVisit *visit;
@@ -130,41 +125,16 @@ typedef struct {
     uint64_t n_nodes, n_tests;
 } Walk;
 
-typedef struct {
-    double near, far;
-} Interval;
-
-// Relative widening of plane distances, far above the rounding of double.
-static const double WIDEN = 0x1p-48;
-
-static double lower(double t) {
-    return t - fabs(t) * WIDEN;
-}
-
-static double upper(double t) {
-    return t + fabs(t) * WIDEN;
-}
-
-static Interval clip(const Walk *w, const float lo[3], const float hi[3], Interval in) {
-    for (int i = 0; i < 3; i++) {
-        double a = (lo[i] - w->o[i]) * w->r[i], b = (hi[i] - w->o[i]) * w->r[i];
-        double near = lower(a < b ? a : b), far = upper(a < b ? b : a);
-        in.near = near > in.near ? near : in.near;
-        in.far = far < in.far ? far : in.far;
-    }
-    return in;
-}
-
 static void meet_box(Walk *w, const BoxSegment *box) {
     if (w->tick < box->tick0 || w->tick >= box->tick1) {
         return;
     }
     uint64_t *mail = &w->mail[box->id % MAILBOXES];
-    Interval met = clip(w, box->lo, box->hi, (Interval){w->tmin, w->tmax});
+    BoxInterval met = box_clip(&w->ray, box->lo, box->hi, (BoxInterval){w->tmin, w->tmax});
     w->n_tests++;
     if (*mail != box->id && met.near <= met.far) {
         *mail = box->id;
-        w->tmax = w->visit(w->context, box->id, w->tmax);
+        w->tmax = w->visit(w->context, box->id, &w->ray, w->tmax);
     }
 }
 
@@ -181,29 +151,29 @@ static void walk_leaf(Walk *w, Kd4Node leaf) {
 
 typedef struct {
     uint32_t node;
-    Interval t;
+    BoxInterval t;
 } Waiting;
 
 // Goes down one step; what has to wait is put on the stack.
-static uint32_t step(const Walk *w, Kd4Node node, Interval *t, Waiting *stack, int *n_waiting) {
+static uint32_t step(const Walk *w, Kd4Node node, BoxInterval *t, Waiting *stack, int *n_waiting) {
     uint32_t axis = kd4_tag(node), pair = kd4_index(node);
     if (axis == KD4_TIME) {
         return pair + (w->tick >= node.tick);
     }
-    double at = (node.split - w->o[axis]) * w->r[axis];
-    uint32_t far = signbit(w->r[axis]) ? 0 : 1;
-    if (lower(at) > t->far) {
+    double at = (node.split - w->ray.o[axis]) * w->ray.r[axis];
+    uint32_t far = signbit(w->ray.r[axis]) ? 0 : 1;
+    if (box_lower(at) > t->far) {
         return pair + !far;
     }
-    if (upper(at) < t->near) {
+    if (box_upper(at) < t->near) {
         return pair + far;
     }
-    stack[(*n_waiting)++] = (Waiting){pair + far, {fmax(t->near, lower(at)), t->far}};
-    t->far = fmin(t->far, upper(at));
+    stack[(*n_waiting)++] = (Waiting){pair + far, {fmax(t->near, box_lower(at)), t->far}};
+    t->far = fmin(t->far, box_upper(at));
     return pair + !far;
 }
 
-static void walk_tree(Walk *w, Interval t) {
+static void walk_tree(Walk *w, BoxInterval t) {
     Waiting stack[KD4_STACK];
     int n_waiting = 0;
     uint32_t at = KD4_ROOT;
@@ -232,8 +202,8 @@ static bool prepare(Walk *w, const double origin[3], const double dir[3]) {
         finite = finite && isfinite(origin[i]) && isfinite(dir[i]);
         // Planes that the ray is parallel to are met very far away, on the right side.
         double d = fmax(fabs(dir[i]), largest * 0x1p-300);
-        w->o[i] = origin[i];
-        w->r[i] = copysign(1 / d, dir[i]);
+        w->ray.o[i] = origin[i];
+        w->ray.r[i] = copysign(1 / d, dir[i]);
     }
     return finite && isfinite(1 / largest);
 }
@@ -247,7 +217,7 @@ void boxtree_trace(const BoxTree *tree, const double origin[3], const double dir
         w.mail[i] = UINT64_MAX;
     }
     if (prepare(&w, origin, dir) && tree->tree.nodes) {
-        Interval t = clip(&w, tree->tree.lo, tree->tree.hi, (Interval){tmin, tmax});
+        BoxInterval t = box_clip(&w.ray, tree->tree.lo, tree->tree.hi, (BoxInterval){tmin, tmax});
         if (t.near <= t.far) {
             walk_tree(&w, t);
         }

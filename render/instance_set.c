@@ -2,6 +2,7 @@
 // Sets of instances: records from programs, clocks, boxes by phase.
 #include "render/instance_set.h"
 
+#include "accel/boxtree.h"
 #include "render/local_time.h"
 
 #include <string.h>
@@ -436,12 +437,9 @@ Bounds instance_bounds(const InstanceSet *set, uint32_t k, double fps, int64_t f
     return bounds_are_empty(u.sum) ? u.sum : box_at(&set->records[k], u.sum);
 }
 
-// Distances of hits may be wrong by so much of an object's size (accel/boxtree.c).
-static const double HIT_ERROR = 0x1p-16;
-
 static void store_box(Bounds b, float box[6]) {
     const double lo[3] = {b.lo.x, b.lo.y, b.lo.z}, hi[3] = {b.hi.x, b.hi.y, b.hi.z};
-    double by = HIT_ERROR * fmax(hi[0] - lo[0], fmax(hi[1] - lo[1], hi[2] - lo[2]));
+    double by = BOX_HIT_ERROR * fmax(hi[0] - lo[0], fmax(hi[1] - lo[1], hi[2] - lo[2]));
     for (int a = 0; a < 3; a++) {
         box[a] = nextafterf((float)(lo[a] - by), -INFINITY);
         box[3 + a] = nextafterf((float)(hi[a] + by), INFINITY);

@@ -164,7 +164,7 @@ static void lay_out_ticks(World *world, const Opening *openings, size_t n) {
 void top_build(World *world, const RenderOptions *options, AccelStats *stats) {
     *stats = (AccelStats){0};
     lay_out_ticks(world, world->openings, world->n_openings);
-    if (assembly_n_things(&world->parts) <= FEW) {
+    if (world->parts.n_sets == 0 && world->parts.n_bodies <= FEW) {
         return;
     }
     // Chunks by any thread, joined in their order.

@@ -115,8 +115,7 @@ typedef struct {
     Vec3 origin, dir;
     double tmin;
     RayKind kind;
-    double o[3], r[3]; // the origin, and the direction's reciprocals
-    bool any;          // the first hit will do
+    bool any; // the first hit will do
     bool is_hit;
     WorldHit hit;
 } Query;
@@ -209,22 +208,7 @@ static double ask_before(Query *q, uint32_t id, double tmax) {
     return tmax;
 }
 
-// Distances to planes are widened far above the rounding of double.
-static bool meets_box(const Query *q, const float box[6], double tmax) {
-    const double widen = 0x1p-48;
-    double near = q->tmin, far = tmax;
-    for (int a = 0; a < 3; a++) {
-        double p = (box[a] - q->o[a]) * q->r[a], s = (box[3 + a] - q->o[a]) * q->r[a];
-        double in = p < s ? p : s, out = p < s ? s : p;
-        in -= fabs(in) * widen;
-        out += fabs(out) * widen;
-        near = in > near ? in : near;
-        far = out < far ? out : far;
-    }
-    return near <= far;
-}
-
-static double visit(void *context, uint32_t thing, double tmax) {
+static double visit(void *context, uint32_t thing, const BoxRay *ray, double tmax) {
     Query *q = context;
     uint32_t first, last;
     const InstanceSet *set = assembly_group(&q->view->world->parts, thing, &first, &last);
@@ -233,7 +217,9 @@ static double visit(void *context, uint32_t thing, double tmax) {
     }
     q->view->count.prim_tests += last - first;
     for (uint32_t k = first; k < last && tmax > -INFINITY; k++) {
-        if (meets_box(q, set->boxes[k], tmax)) {
+        const float *box = set->boxes[k];
+        BoxInterval in = box_clip(ray, box, box + 3, (BoxInterval){q->tmin, tmax});
+        if (in.near <= in.far) {
             tmax = ask_before(q, set->first + k, tmax);
         }
     }
@@ -269,27 +255,16 @@ static void ask_plane(Query *q, uint32_t id, double tmax) {
     }
 }
 
-// Planes that the ray is parallel to are met very far away, on the right side.
-static void prepare_boxes(Query *q, const double dir[3]) {
-    double largest = fmax(fabs(dir[0]), fmax(fabs(dir[1]), fabs(dir[2])));
-    q->o[0] = q->origin.x;
-    q->o[1] = q->origin.y;
-    q->o[2] = q->origin.z;
-    for (int a = 0; a < 3; a++) {
-        q->r[a] = copysign(1 / fmax(fabs(dir[a]), largest * 0x1p-300), dir[a]);
-    }
-}
-
 static void trace_bodies(Query *q, double tmax) {
     const World *world = q->view->world;
     if (world->top) {
+        const double o[3] = {q->origin.x, q->origin.y, q->origin.z};
         const double d[3] = {q->dir.x, q->dir.y, q->dir.z};
-        prepare_boxes(q, d);
-        boxtree_trace(world->top, q->o, d, q->tmin, tmax, q->view->tick, visit, q, &q->view->count);
+        boxtree_trace(world->top, o, d, q->tmin, tmax, q->view->tick, visit, q, &q->view->count);
         return;
     }
-    for (uint32_t i = 0; i < assembly_n_things(&world->parts) && !(q->any && q->is_hit); i++) {
-        visit(q, i, tmax);
+    for (uint32_t i = 0; i < world->parts.n_bodies && !(q->any && q->is_hit); i++) {
+        ask_before(q, i, tmax);
     }
 }
 

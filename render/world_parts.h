@@ -24,7 +24,7 @@ struct World {
     size_t n_openings; // >= 1
     TickAxis ticks;
     Builds *builds; // over parts.forms
-    BoxTree *top;   // over parts.bodies; NULL: all of the few are asked
+    BoxTree *top;   // over bodies and groups; NULL: all of the few bodies are asked
     AccelStats top_stats;
 };
 

@@ -67,7 +67,8 @@ typedef struct {
     double best;
 } Visits;
 
-static double on_visit(void *context, uint32_t id, double tmax) {
+static double on_visit(void *context, uint32_t id, const BoxRay *ray, double tmax) {
+    (void)ray;
     Visits *v = context;
     v->visited[id]++;
     v->n_visits++;

@@ -235,6 +235,27 @@ static void seams(void **state) {
     unmake(made);
 }
 
+// As many as make a set, and nothing beside them: rays that begin in front of what they hit.
+static void the_smallest_set(void **state) {
+    (void)state;
+    Made *made =
+        make("film { fps = 24 frames = 1..3 } def Thing { box { } }"
+             "for i in 0..63 { instance Thing { translate <2*(i % 8), 0, 2*floor(i / 8)> } }",
+             1);
+    assert_int_equal(made->world->parts.n_sets, 1);
+    WorldView *view = world_view_new(made->world);
+    for (int i = 0; i < 64; i++) {
+        WorldHit hit;
+        Vec3 o = vec3(2 * (i % 8), 3, 2 * (i / 8)), down = vec3(0, -1, 0);
+        assert_true(world_closest(view, o, down, 1, INFINITY, &hit));
+        assert_int_equal(hit.object, i);
+        assert_true(fabs(hit.t - 2.5) < 1e-6);
+        assert_false(world_closest(view, o, down, 4, INFINITY, &hit));
+    }
+    world_view_destroy(view, NULL);
+    unmake(made);
+}
+
 // ---- What instances share
 
 static void arrays_are_shared(void **state) {
@@ -297,6 +318,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(sizes),
     cmocka_unit_test(nested),
     cmocka_unit_test(seams),
+    cmocka_unit_test(the_smallest_set),
     cmocka_unit_test(arrays_are_shared),
     cmocka_unit_test(blocks_do_not_matter),
 };
