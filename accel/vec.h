@@ -96,6 +96,17 @@ static inline double affine_det(const Affine *a) {
 }
 
 // a after b
+// Largest stretch of a map, from above: its Frobenius norm.
+static inline double affine_stretch(const Affine *a) {
+    double sum = 0;
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            sum += a->m[i][j] * a->m[i][j];
+        }
+    }
+    return sqrt(sum);
+}
+
 static inline Affine affine_mul(const Affine *a, const Affine *b) {
     Affine r;
     for (int i = 0; i < 3; i++) {

@@ -67,13 +67,9 @@ static const Given *given_at_clock(Clock *clock, const Given *given) {
     return changed;
 }
 
-Ref place_clock(Eval *ev, const Place *place) {
+// What t shows at the place, by the film's clock.
+static Ref place_clock(Eval *ev, const Place *place) {
     return place->clock == REF_NONE ? dag_input(ev->dag, IN_FILM_T) : place->clock;
-}
-
-Value value_at_clock(Eval *ev, const Place *place, const Value *value) {
-    Clock clock = {ev, place_clock(ev, place)};
-    return at_clock(&clock, value);
 }
 
 Place place_at_clock(Eval *ev, const Place *place) {

@@ -39,6 +39,14 @@ static void join_map(Eval *ev, Place *place, const RefMap *map) {
     place->is_identity = false;
 }
 
+Place place_outermost(Eval *ev) {
+    return (Place){.is_identity = true,
+                   .visible = dag_const(ev->dag, 1),
+                   .path = "",
+                   .suffix = "",
+                   .clock = REF_NONE};
+}
+
 Place place_within(Eval *ev, const Place *place, const Object *object) {
     Place within = *place;
     bool is_surface = object->kind == OBJECT_SURFACE, is_mesh = object->kind == OBJECT_MESH;

@@ -475,7 +475,7 @@ static void keep_used_materials(Lowering *l) {
 
 static void add_defaults(Eval *ev) {
     Lowering *l = ev->lowering;
-    Place place = {.is_identity = true, .visible = dag_const(ev->dag, 1), .clock = REF_NONE};
+    Place place = place_outermost(ev);
     Object object = {.is_identity = true};
     if (!l->shutter.module) {
         object.kind = OBJECT_SHUTTER;

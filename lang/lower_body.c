@@ -30,12 +30,10 @@ static bool stands_still(Eval *ev, const Object *object, const Ref *refs, uint32
 }
 
 bool lower_body_mesh(Eval *ev, const Object *object, double seconds, Mesh *mesh) {
-    Place place = {.is_identity = object->is_identity,
-                   .map = object->map,
-                   .visible = dag_const(ev->dag, 1),
-                   .path = "",
-                   .suffix = "",
-                   .steps = STEPS};
+    Place place = place_outermost(ev);
+    place.is_identity = object->is_identity;
+    place.map = object->map;
+    place.steps = STEPS;
     unsigned n_errors = diag_n_errors(ev->diag);
     Form form;
     if (!lower_form(ev, object, &place, &form)) {

@@ -94,11 +94,8 @@ void eval_object(Eval *ev, const Env *env, const Place *place, NodeId statement)
 
 // ---- lang/eval_clock.c
 
-// What t shows at the place, by the film's clock.
-Ref place_clock(Eval *ev, const Place *place);
-// The same by the film's clock: a value, the place itself (its map is then that to the world), and
-// the properties of an object, but for its functions.
-Value value_at_clock(Eval *ev, const Place *place, const Value *value);
+// The place by the film's clock (its map is then that to the world), and the properties of an
+// object there, but for its functions.
 Place place_at_clock(Eval *ev, const Place *place);
 Object object_at_clock(Eval *ev, const Place *place, const Object *object);
 // From the block of a copy, whose place this is, into its def. False: reported.
@@ -127,6 +124,9 @@ NodeId eval_loop_block(const Env *env, NodeId statement);
 void eval_bind_loop(Eval *ev, const Env *env, NodeId statement, Value value);
 // After a statement: the next one's mistakes are its own.
 void eval_statement_ends(Eval *ev);
+
+// Where nothing is around: in no block, by the film's clock.
+Place place_outermost(Eval *ev);
 
 // The place within an object's block.
 Place place_within(Eval *ev, const Place *place, const Object *object);

@@ -80,12 +80,8 @@ static void begin(Loading *loading, Arena *scene_arena, Sources *sources, Diag *
     ev->loader = loader_new(arena, &loading->options);
     ev->simulator = loading->options.simulator;
     ev->lowering = lowering_new(scene_arena, arena);
-    loading->place = (Place){.is_identity = true,
-                             .visible = dag_const(ev->dag, 1),
-                             .path = "",
-                             .suffix = "",
-                             .is_outermost = true,
-                             .clock = REF_NONE};
+    loading->place = place_outermost(ev);
+    loading->place.is_outermost = true;
 }
 
 // ---- The command line

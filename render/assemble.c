@@ -132,6 +132,7 @@ static void prepare(Work *w, Form *form, const Shape *shape, uint32_t first, uin
         s->n_breaks = 1;
     }
 }
+
 static Mover mover_of(Work *w, MoverPart part, uint32_t width) {
     Mover mover = {ARENA_NEW(w->arena, MoverPart), 1, width, part.n};
     mover.parts[0] = part;
@@ -222,13 +223,8 @@ static Form *ball_form(Work *w, const Shape *shape) {
 }
 
 static bool is_visible(const Shape *shape, uint32_t instance) {
-    if (!shape->visible || program_reads_time(shape->visible)) {
-        return true;
-    }
-    double in[IN_COUNT], seen;
-    shape_inputs(shape, shape_loops(shape, instance), 0, in);
-    program_run1(shape->visible, in, &seen);
-    return seen != 0 && !isnan(seen);
+    return program_reads_time(shape->visible) ||
+           shape_is_visible(shape, shape_loops(shape, instance), 0);
 }
 
 // All instances as one set of spheres in the world.
@@ -399,6 +395,10 @@ static void add_instances(Work *w, const Shape *shape, uint32_t base) {
     }
 }
 
+static bool becomes_set(const Work *w, const Shape *shape) {
+    return instance_set_suits(w->scene, shape) && !is_baked(w, shape);
+}
+
 static void add_set(Work *w, const Shape *shape, uint32_t base) {
     Assembly *out = w->out;
     Form *form = shared_form(w, shape);
@@ -431,7 +431,7 @@ static void add_shape(Work *w, const Shape *shape, uint32_t base) {
                    (shape->n_instances > 1 && program_reads_time(shape->geometry)));
     if (is_set) {
         add_sphere_set(w, shape, base);
-    } else if (instance_set_suits(w->scene, shape) && !is_baked(w, shape)) {
+    } else if (becomes_set(w, shape)) {
         add_set(w, shape, base);
     } else {
         add_instances(w, shape, base);
@@ -514,8 +514,7 @@ Assembly assemble(Arena *arena, const Scene *scene, const RenderOptions *options
     size_t n_bodies = 1; // what is baked
     for (uint32_t i = 0; i < scene->n_shapes; i++) {
         const Shape *shape = &scene->shapes[i];
-        bool is_set = instance_set_suits(scene, shape) && !is_baked(&w, shape);
-        n_bodies += is_set ? 0 : shape->n_instances;
+        n_bodies += becomes_set(&w, shape) ? 0 : shape->n_instances;
     }
     out.bodies = ARENA_ARRAY(arena, n_bodies, Body);
     for (uint32_t i = 0; i < scene->n_shapes; i++) {
@@ -534,36 +533,38 @@ Assembly assemble(Arena *arena, const Scene *scene, const RenderOptions *options
     return out;
 }
 
-const InstanceSet *assembly_set(const Assembly *parts, uint32_t body, uint32_t *member) {
-    uint32_t lo = 0, hi = parts->n_sets;
-    if (body < parts->n_bodies || body >= assembly_n_solid(parts)) {
-        return NULL;
-    }
-    while (hi - lo > 1) {
-        uint32_t mid = lo + (hi - lo) / 2;
-        *(parts->sets[mid].first <= body ? &lo : &hi) = mid;
-    }
-    *member = body - parts->sets[lo].first;
-    return &parts->sets[lo];
-}
-
 void assembly_destroy(Assembly *assembly) {
     for (uint32_t i = 0; i < assembly->n_forms; i++) {
         form_destroy(assembly->forms[i]);
     }
 }
 
+// The last set whose first body, or first group, is not behind this one.
+static const InstanceSet *find_set(const Assembly *parts, uint32_t at, bool is_group) {
+    uint32_t lo = 0, hi = parts->n_sets;
+    while (hi - lo > 1) {
+        uint32_t mid = lo + (hi - lo) / 2;
+        const InstanceSet *set = &parts->sets[mid];
+        *((is_group ? set->first_group : set->first) <= at ? &lo : &hi) = mid;
+    }
+    return &parts->sets[lo];
+}
+
+const InstanceSet *assembly_set(const Assembly *parts, uint32_t body, uint32_t *member) {
+    if (body < parts->n_bodies || body >= assembly_n_solid(parts)) {
+        return NULL;
+    }
+    const InstanceSet *set = find_set(parts, body, false);
+    *member = body - set->first;
+    return set;
+}
+
 const InstanceSet *assembly_group(const Assembly *parts, uint32_t thing, uint32_t *first,
                                   uint32_t *last) {
-    uint32_t lo = 0, hi = parts->n_sets;
     if (thing < parts->n_bodies) {
         return NULL;
     }
-    while (hi - lo > 1) {
-        uint32_t mid = lo + (hi - lo) / 2;
-        *(parts->sets[mid].first_group <= thing ? &lo : &hi) = mid;
-    }
-    const InstanceSet *set = &parts->sets[lo];
+    const InstanceSet *set = find_set(parts, thing, true);
     *first = (thing - set->first_group) * SET_GROUP;
     *last = *first + SET_GROUP < set->n ? *first + SET_GROUP : set->n;
     return set;

@@ -58,23 +58,22 @@ bool body_map(const Body *body, double seconds, Affine *map) {
     return true;
 }
 
+bool placement_invert(Placement *p) {
+    Affine linear = p->map;
+    linear.m[0][3] = linear.m[1][3] = linear.m[2][3] = 0;
+    return affine_invert(&linear, &p->inverse);
+}
+
 Placement body_place(const Body *body, double seconds) {
     Placement p = {.map = affine_identity(), .inverse = affine_identity(), .is_present = true};
     if (body->many) {
         return p;
     }
-    double in[IN_COUNT], seen;
     p.is_present = body_map(body, seconds, &p.map);
     if (p.is_present && (body->is_ball || body->shape->transform)) {
-        Affine linear = p.map;
-        linear.m[0][3] = linear.m[1][3] = linear.m[2][3] = 0;
-        p.is_present = affine_invert(&linear, &p.inverse);
+        p.is_present = placement_invert(&p);
     }
-    if (p.is_present && body->shape->visible) {
-        shape_inputs(body->shape, body_loops(body), seconds, in);
-        program_run1(body->shape->visible, in, &seen);
-        p.is_present = seen != 0 && !isnan(seen);
-    }
+    p.is_present = p.is_present && shape_is_visible(body->shape, body_loops(body), seconds);
     return p;
 }
 
@@ -248,9 +247,7 @@ Bounds body_bounds(const Body *body, double fps, int64_t frame, double lo, doubl
 }
 
 static bool map_of_program(const void *context, double seconds, Affine *map) {
-    double in[IN_COUNT] = {0};
-    in[IN_T] = seconds;
-    return affine_run(context, in, map);
+    return affine_run_at(context, seconds, map);
 }
 
 Bounds map_bounds(const Program *map, Bounds box, double first, double last) {

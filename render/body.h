@@ -22,6 +22,9 @@ static inline Vec3 placement_point_back(const Placement *p, Vec3 world) {
                                            world.z - p->map.m[2][3]));
 }
 
+// Sets the inverse from the map; false: it has none.
+bool placement_invert(Placement *placement);
+
 // One object's share of a body that holds many.
 typedef struct {
     const Shape *shape;

@@ -78,6 +78,14 @@ static bool was_seen(const Form *form, const Opening *o) {
     return false;
 }
 
+void form_sample(Form *form, Opening open) {
+    sample_cell(&form->sampler, open, &form->arena, &form->spans, &form->n_spans,
+                &form->spans_capacity, &form->report);
+    form->seen =
+        arena_grow(&form->arena, form->seen, form->n_seen, &form->seen_capacity, sizeof open);
+    form->seen[form->n_seen++] = open;
+}
+
 void form_plan(Form *form, const ShutterSpan *shutter) {
     if (form->users) {
         form_plan_local(form, shutter);
@@ -88,11 +96,7 @@ void form_plan(Form *form, const ShutterSpan *shutter) {
         if (was_seen(form, &open)) {
             continue;
         }
-        sample_cell(&form->sampler, open, &form->arena, &form->spans, &form->n_spans,
-                    &form->spans_capacity, &form->report);
-        form->seen =
-            arena_grow(&form->arena, form->seen, form->n_seen, &form->seen_capacity, sizeof open);
-        form->seen[form->n_seen++] = open;
+        form_sample(form, open);
     }
 }
 

@@ -107,6 +107,8 @@ void form_time(const Form *form, Instant at, uint32_t *key, float *f);
 // Bounds between two instants, in the space of the points.
 Bounds form_bounds(const Form *form, Instant from, Instant to);
 
+// Adds the spans of an opening that was not sampled yet (for form_plan).
+void form_sample(Form *form, Opening open);
 // form_plan for forms with users (render/form_local.c).
 enum { LOCAL_MAX_CELLS = 1 << 20 };
 void form_plan_local(Form *form, const ShutterSpan *shutter);

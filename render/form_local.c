@@ -108,15 +108,6 @@ static void reach_all(Reach *r, const FormUser *user, const ShutterSpan *shutter
 
 // ---- How large instances look
 
-// Largest stretch of a map, from above: its Frobenius norm.
-static double stretch(const Affine *map) {
-    double sum = 0;
-    for (int i = 0; i < 12; i++) {
-        sum += i % 4 < 3 ? map->m[i / 4][i % 4] * map->m[i / 4][i % 4] : 0;
-    }
-    return sqrt(sum);
-}
-
 // Members of a set are looked at in the pose that they have in common at the film's seconds.
 static bool user_map(const FormUser *user, uint32_t k, double seconds, Affine *map) {
     double in[IN_COUNT];
@@ -137,7 +128,7 @@ static double pixels_of(const Form *form, const FormUser *user, uint32_t k, cons
         return 0;
     }
     map = user->set ? affine_mul(&map, inner) : map;
-    double size = stretch(&map), reach = size / frame->scale;
+    double size = affine_stretch(&map), reach = size / frame->scale;
     Vec3 at = affine_point(&map, vec3(frame->center[0], frame->center[1], frame->center[2]));
     Vec3 to = vec3_sub(camera->from, at);
     double distance = vec3_length(to);
@@ -160,8 +151,7 @@ static double pixels_of_all(const Form *form) {
             double seconds = along / scene->film.fps;
             Camera camera = camera_at(scene, seconds);
             Affine inner = affine_identity();
-            double in[IN_COUNT] = {[IN_T] = seconds};
-            bool has_inner = user->set && affine_run(user->shape->inner, in, &inner);
+            bool has_inner = user->set && affine_run_at(user->shape->inner, seconds, &inner);
             for (uint32_t i = 0; camera.is_valid && (has_inner || !user->set) && i < user->n; i++) {
                 most = fmax(most, pixels_of(form, user, i, &inner, &camera, seconds));
             }
@@ -191,11 +181,7 @@ void form_plan_local(Form *form, const ShutterSpan *shutter) {
         if (known.n && known.slots[slot_of(&known, cells[i])] == cells[i]) {
             continue;
         }
-        sample_cell(&form->sampler, whole, &form->arena, &form->spans, &form->n_spans,
-                    &form->spans_capacity, &form->report);
-        form->seen =
-            arena_grow(&form->arena, form->seen, form->n_seen, &form->seen_capacity, sizeof whole);
-        form->seen[form->n_seen++] = whole;
+        form_sample(form, whole);
     }
     arena_free(&r.scratch);
 }

@@ -23,11 +23,10 @@ static bool may_glow(const Scene *scene, uint32_t material) {
 }
 
 bool instance_set_suits(const Scene *scene, const Shape *shape) {
-    bool is_parted = shape->pace || (!program_reads_time(shape->transform) && !shape->clock);
-    bool is_shared = !program_reads_loops(shape->vertex);
-    bool is_plain = shape->vertex == NULL && shape->track == NULL;
-    return shape->kind == SHAPE_MESH && shape->n_instances >= SET_LEAST && is_parted && is_shared &&
-           (shape->pace || is_plain) && !may_glow(scene, shape->material);
+    bool deforms = shape->vertex || shape->track;
+    bool is_parted = shape->pace || (!program_reads_time(shape->transform) && !deforms);
+    return shape->kind == SHAPE_MESH && shape->n_instances >= SET_LEAST && is_parted &&
+           !program_reads_loops(shape->vertex) && !may_glow(scene, shape->material);
 }
 
 // ---- Records
@@ -253,10 +252,14 @@ static double cycle_of(const InstanceSet *set, uint32_t k) {
     return set->cycles ? set->cycles[k] : set->cycle;
 }
 
+// Within its cycle; 0: it has none.
+static double wind(double shown, double cycle) {
+    return cycle > 0 ? shown - cycle * floor(shown / cycle) : shown;
+}
+
 double instance_seconds(const InstanceSet *set, uint32_t k, double seconds) {
     const InstanceRecord *r = &set->records[k];
-    double shown = r->speed * seconds + r->offset, cycle = cycle_of(set, k);
-    return cycle > 0 ? shown - cycle * floor(shown / cycle) : shown;
+    return wind(r->speed * seconds + r->offset, cycle_of(set, k));
 }
 
 Body instance_body(const InstanceSet *set, uint32_t k) {
@@ -264,8 +267,7 @@ Body instance_body(const InstanceSet *set, uint32_t k) {
     return (Body){.shape = set->shape,
                   .form = set->form,
                   .instance = instance,
-                  .object = shape_object(set->shape, set->base, instance),
-                  .moves = set->moves || program_reads_time(set->shape->visible)};
+                  .object = shape_object(set->shape, set->base, instance)};
 }
 
 Affine instance_outer(const InstanceSet *set, uint32_t k) {
@@ -280,29 +282,18 @@ Affine instance_outer(const InstanceSet *set, uint32_t k) {
     return map;
 }
 
-static bool inner_at(const Shape *shape, double shown, Affine *map) {
-    double in[IN_COUNT] = {0};
-    in[IN_T] = shown;
-    return affine_run(shape->inner, in, map);
-}
-
 Placement instance_place(const InstanceSet *set, uint32_t k, double seconds) {
     const Shape *shape = set->shape;
-    const InstanceRecord *r = &set->records[k];
     Placement p = {.map = instance_outer(set, k), .inverse = affine_identity(), .is_present = true};
     if (shape->inner) {
         Affine inner;
-        p.is_present = inner_at(shape, instance_seconds(set, k, seconds), &inner);
+        p.is_present = affine_run_at(shape->inner, instance_seconds(set, k, seconds), &inner);
         p.map = affine_mul(&p.map, &inner);
     }
-    Affine linear = p.map;
-    linear.m[0][3] = linear.m[1][3] = linear.m[2][3] = 0;
-    p.is_present = p.is_present && affine_invert(&linear, &p.inverse);
-    if (p.is_present && program_reads_time(shape->visible)) {
-        double in[IN_COUNT], seen;
-        shape_inputs(shape, shape_loops(shape, r->instance), seconds, in);
-        program_run1(shape->visible, in, &seen);
-        p.is_present = seen != 0 && !isnan(seen);
+    p.is_present = p.is_present && placement_invert(&p);
+    if (program_reads_time(shape->visible)) { // else those that are not there have no record
+        const double *loops = shape_loops(shape, set->records[k].instance);
+        p.is_present = p.is_present && shape_is_visible(shape, loops, seconds);
     }
     return p;
 }
@@ -321,7 +312,7 @@ void instance_times(const InstanceSet *set, uint32_t k, double first, double las
         return;
     }
     // Each end as rays there would have it: rounding may put an end on the other side of the seam.
-    double from = lo - cycle * floor(lo / cycle), to = hi - cycle * floor(hi / cycle);
+    double from = wind(lo, cycle), to = wind(hi, cycle);
     if (from <= to) {
         take(context, from, to);
     } else {

@@ -38,6 +38,21 @@ void shape_inputs(const Shape *shape, const double *loops, double seconds, doubl
     }
 }
 
+bool shape_is_visible(const Shape *shape, const double *loops, double seconds) {
+    double in[IN_COUNT], seen;
+    if (!shape->visible) {
+        return true;
+    }
+    shape_inputs(shape, loops, seconds, in);
+    program_run1(shape->visible, in, &seen);
+    return seen != 0 && !isnan(seen);
+}
+
+bool affine_run_at(const Program *transform, double t, Affine *out) {
+    double in[IN_COUNT] = {[IN_T] = t};
+    return affine_run(transform, in, out);
+}
+
 bool affine_run(const Program *transform, const double in[IN_COUNT], Affine *out) {
     *out = affine_identity();
     if (!transform) {

@@ -42,8 +42,13 @@ void mover_set_loops(ProgramInputs *in, const Shape *shape, uint32_t instance);
 // The element of in[] that programs of one element (program_run1) take, for an instance at a time.
 void shape_inputs(const Shape *shape, const double *loops, double seconds, double in[IN_COUNT]);
 
+// Whether an instance is there, at the film's seconds.
+bool shape_is_visible(const Shape *shape, const double *loops, double seconds);
+
 // A program of 12 outputs as a map; NULL: the identity. False where it is not finite.
 bool affine_run(const Program *transform, const double in[IN_COUNT], Affine *out);
+// The same of one that reads IN_T alone.
+bool affine_run_at(const Program *transform, double t, Affine *out);
 
 // The vertices of a mesh under shape->vertex, in the shape's own space, for one instance.
 MoverPart mover_mesh(Arena *arena, const Shape *shape, uint32_t instance);

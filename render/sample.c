@@ -184,19 +184,8 @@ static Deviation deviation(const Cell *cell, const Pose *a, const Pose *b, const
     };
 }
 
-// Largest stretch of a map, from above: its Frobenius norm.
-static double stretch(const Affine *map) {
-    double sum = 0;
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            sum += map->m[i][j] * map->m[i][j];
-        }
-    }
-    return sqrt(sum);
-}
-
 static double pixels_off(const Camera *camera, const Affine *map, const Deviation *d) {
-    double off = vec3_length(affine_vector(map, d->off)) + d->radius_off * stretch(map);
+    double off = vec3_length(affine_vector(map, d->off)) + d->radius_off * affine_stretch(map);
     if (off == 0) {
         return 0;
     }
@@ -233,7 +222,7 @@ static void choose_views(Cell *cell) {
         double s = 0;
         if (sampler->n_views > VIEWS && view_map(&sampler->views[v], seconds, &map)) {
             Vec3 place = affine_point(&map, vec3(c[0], c[1], c[2]));
-            s = stretch(&map) * (camera.is_valid ? sample_pixels(&camera, place) : 1);
+            s = affine_stretch(&map) * (camera.is_valid ? sample_pixels(&camera, place) : 1);
         }
         uint32_t at = cell->n_views < VIEWS ? cell->n_views++ : VIEWS;
         for (; at > 0 && s > size[at - 1]; at--) {

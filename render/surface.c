@@ -219,16 +219,6 @@ static void plane_coordinates(Vec3 p, Vec3 n, SurfacePoint *point) {
     point->v = vec3_dot(p, vec3_cross(n, across));
 }
 
-static double stretch(const Affine *map) {
-    double sum = 0;
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            sum += map->m[i][j] * map->m[i][j];
-        }
-    }
-    return sqrt(sum);
-}
-
 // N to Ng's side, and then to the ray's side as Ng is; a normal that faces away is bent until it is
 // just in sight.
 static Vec3 consistent(Vec3 n, Vec3 ng, Vec3 dir) {
@@ -313,7 +303,7 @@ void world_surface(WorldView *view, Vec3 origin, Vec3 dir, const WorldHit *hit,
     l.velocity = vec3_scale(l.velocity, shape_rate(point->shape, point->loops, view->seconds,
                                                    RATE_STEP / view->world->fps));
     set_rest(body, &l, hit, point);
-    double side = handedness(view, body, point), grown = stretch(&place->map);
+    double side = handedness(view, body, point), grown = affine_stretch(&place->map);
     point->P = affine_point(&place->map, l.p);
     point->Ng = vec3_scale(vec3_normalize(affine_normal(&place->inverse, l.ng)), side);
     Vec3 n = vec3_scale(vec3_normalize(affine_normal(&place->inverse, l.n)), side);

@@ -109,7 +109,8 @@ static void survey_material(const Scene *scene, const RenderOptions *options,
     if (!material_reflects(material->kind) || !inputs || inputs & ~time) {
         return;
     }
-    for (uint32_t f = 0; f<options->n_frames && * n_left> 0; f++, --*n_left) {
+    uint32_t n = options->n_frames < *n_left ? options->n_frames : *n_left;
+    for (uint32_t f = 0; f < n; f++, --*n_left) {
         if (color_exceeds_one(scene, material, options->frames[f])) {
             report_warning(reporter, material->where, "albedo-above-one",
                            "this color is above 1 at some instant at which the shutter is open: "

@@ -207,12 +207,10 @@ bool world_bounds_at(const Scene *scene, Instant at, Vec3 *lo, Vec3 *hi) {
     const Form *form = NULL;
     for (uint32_t i = 0; i < world->parts.n_bodies; i++) {
         const Body *body = &world->parts.bodies[i];
-        if (body->form != form) { // instances of one form follow each other
+        if (body->form != form || form->users) { // instances of one form follow each other
             form = body->form;
-            local = mover_bounds(&form->sampler.all, seconds);
-        }
-        if (form->users) {
-            double shown = shape_seconds(body->shape, body_loops(body), seconds);
+            double shown =
+                form->users ? shape_seconds(body->shape, body_loops(body), seconds) : seconds;
             local = mover_bounds(&form->sampler.all, shown);
         }
         b = bounds_join(b, placed_bounds(body_place(body, seconds), local));

@@ -21,6 +21,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "accel/clock.h"
 #include "render/world.h"
 #include "tests/script_scene.h"
 
@@ -35,14 +36,10 @@ typedef struct {
     int repeats;
 } Options;
 
-static double seconds_of(clockid_t clock) {
+static double thread_seconds(void) {
     struct timespec t;
-    clock_gettime(clock, &t);
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static double now(void) {
-    return seconds_of(CLOCK_MONOTONIC);
 }
 
 static double uniform(uint64_t *state) {
@@ -206,13 +203,13 @@ typedef struct {
 static double trace(const World *world, const Ray *rays, size_t n, double *hits) {
     WorldView *view = world_view_new(world);
     size_t n_hits = 0;
-    double start = seconds_of(CLOCK_THREAD_CPUTIME_ID);
+    double start = thread_seconds();
     for (size_t i = 0; i < n; i++) {
         WorldHit hit;
         world_view_time(view, (Instant){0, 0.5 * rays[i].time});
         n_hits += world_closest(view, rays[i].o, rays[i].d, 0, INFINITY, &hit);
     }
-    double rate = (double)n / (seconds_of(CLOCK_THREAD_CPUTIME_ID) - start);
+    double rate = (double)n / (thread_seconds() - start);
     world_view_destroy(view, NULL);
     *hits = (double)n_hits / (double)n;
     return rate;
@@ -222,10 +219,10 @@ static Row measure(const char *folder, const char *name, long n, bool is_flat,
                    const Options *options) {
     Row row = {0};
     char *text = script_of(name, n, is_flat);
-    double start = now();
+    double start = clock_seconds();
     ScriptScene *script = script_scene_new(text, folder);
     const Scene *scene = script_scene(script);
-    row.load = now() - start;
+    row.load = clock_seconds() - start;
     RenderOptions render = {.spp = 1,
                             .n_threads = (uint32_t)omp_get_max_threads(),
                             .accel = &accel_types[0],
@@ -247,7 +244,7 @@ static Row measure(const char *folder, const char *name, long n, bool is_flat,
             break;
         }
     }
-    row.build = now() - start - row.load;
+    row.build = clock_seconds() - start - row.load;
     row.resident = resident_bytes() - 2 * options->n_rays * sizeof(Ray);
     row.peak = peak_bytes() - 2 * options->n_rays * sizeof(Ray);
     for (int k = 0; k < 2; k++) {
@@ -322,7 +319,7 @@ static void embree_row(const Mesh3 *mesh, int n_phases, long n, const Options *o
     RTCDevice device = rtcNewDevice(NULL);
     rtcSetDeviceMemoryMonitorFunction(device, count_bytes, NULL);
     RTCScene *prototypes = malloc((size_t)n_phases * sizeof(RTCScene)), top = rtcNewScene(device);
-    double start = now(), side = ceil(sqrt((double)n)), rates[MAX_REPEATS];
+    double start = clock_seconds(), side = ceil(sqrt((double)n)), rates[MAX_REPEATS];
     for (int k = 0; k < n_phases; k++) {
         prototypes[k] = prototype(device, mesh, (double)k / n_phases);
     }
@@ -342,11 +339,11 @@ static void embree_row(const Mesh3 *mesh, int n_phases, long n, const Options *o
         rtcReleaseGeometry(instance);
     }
     rtcCommitScene(top);
-    double build = now() - start;
+    double build = clock_seconds() - start;
     Ray *rays = make_rays(options->n_rays, side);
     size_t n_hits = 0;
     for (int r = 0; r < options->repeats; r++) {
-        double from = seconds_of(CLOCK_THREAD_CPUTIME_ID);
+        double from = thread_seconds();
         n_hits = 0;
         for (size_t i = 0; i < options->n_rays; i++) {
             const Ray *ray = &rays[i];
@@ -365,7 +362,7 @@ static void embree_row(const Mesh3 *mesh, int n_phases, long n, const Options *o
             rtcIntersect1(top, &context, &q);
             n_hits += q.hit.geomID != RTC_INVALID_GEOMETRY_ID;
         }
-        rates[r] = (double)options->n_rays / (seconds_of(CLOCK_THREAD_CPUTIME_ID) - from);
+        rates[r] = (double)options->n_rays / (thread_seconds() - from);
     }
     printf("embree, %3d phases %9ld %11.2f %9.1f MB %28.3f %8.2f\n", n_phases, n, build,
            (double)embree_bytes / 1e6, median(rates, options->repeats) / 1e6,
@@ -430,18 +427,20 @@ static Options read_options(int argc, char **argv) {
 
 int main(int argc, char **argv) {
     Options options = read_options(argc, argv);
-    char folder[] = "/tmp/st4-instances.XXXXXX", path[64];
-    if (!mkdtemp(folder)) {
+    char made[] = "/tmp/st4-instances.XXXXXX", folder[4096] = ".", path[4200];
+    const char *slash = options.obj ? strrchr(options.obj, '/') : NULL, *name = "m.obj";
+    if (options.obj) {
+        name = slash ? slash + 1 : options.obj;
+        if (slash) {
+            snprintf(folder, sizeof folder, "%.*s", (int)(slash - options.obj), options.obj);
+        }
+    } else if (mkdtemp(made)) {
+        snprintf(folder, sizeof folder, "%s", made);
+    } else {
         return 1;
     }
-    snprintf(path, sizeof path, "%s/m.obj", folder);
-    if (options.obj) {
-        char command[4096];
-        snprintf(command, sizeof command, "cp '%s' '%s'", options.obj, path);
-        if (system(command)) {
-            return 1;
-        }
-    } else {
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    if (!options.obj) {
         write_knot(path);
     }
     FILE *tsv = options.tsv ? fopen(options.tsv, "w") : NULL;
@@ -451,7 +450,7 @@ int main(int argc, char **argv) {
     Row one = {0}, hundred = {0}, row;
     print_head();
     for (long n = 1; n <= options.most; n *= 10) {
-        if (!run_apart(&row, folder, "m.obj", n, false, &options)) {
+        if (!run_apart(&row, folder, name, n, false, &options)) {
             return 1;
         }
         one = n == 1 ? row : one;
@@ -465,7 +464,7 @@ int main(int argc, char **argv) {
         }
     }
     for (long n = 10; n <= 100 && n <= options.most; n *= 10) {
-        if (run_apart(&row, folder, "m.obj", n, true, &options)) {
+        if (run_apart(&row, folder, name, n, true, &options)) {
             print_row("st4, duplicated", n, &row, &row);
         }
     }
@@ -484,7 +483,9 @@ int main(int argc, char **argv) {
     if (tsv) {
         fclose(tsv);
     }
-    unlink(path);
-    rmdir(folder);
+    if (!options.obj) {
+        unlink(path);
+        rmdir(folder);
+    }
     return 0;
 }
