@@ -60,8 +60,6 @@ bool eval_step(Eval *ev, const Env *env, NodeId node) {
 
 // ---- What must be known
 
-enum { LOOP_INPUTS = 15u << IN_LOOP0 };
-
 const char *eval_input_name(uint32_t inputs) {
     static const char *const names[IN_COUNT] = {"t",
                                                 "T",

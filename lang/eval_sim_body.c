@@ -5,7 +5,7 @@
 
 #include "lang/eval_sim_parts.h"
 
-enum { LOOP_INPUTS = 15u << IN_LOOP0, CLOCKS = 1u << IN_T | 1u << IN_FILM_T };
+enum { CLOCKS = 1u << IN_T | 1u << IN_FILM_T };
 enum { FORCE_INPUTS = CLOCKS | 7u << IN_PX | 7u << IN_WX };
 
 static const Node *node_of(const Env *env, NodeId node) {

@@ -12,8 +12,7 @@ enum {
     MAX_NEIGHBORHOODS = 16,
     MAX_TERMS = 64,      // of a neighborhood
     FIRST_SUM = 1 << 24, // what tells tables of sums from those of states
-    PAIR_INPUTS = 1u << IN_T | 1u << IN_FILM_T | 1u << IN_I | 1u << SIM_NEAR_OTHER,
-    LOOP_INPUTS = 15u << IN_LOOP0
+    PAIR_INPUTS = 1u << IN_T | 1u << IN_FILM_T | 1u << IN_I | 1u << SIM_NEAR_OTHER
 };
 
 // Calls with the same places and radius share one.

@@ -8,7 +8,7 @@
 #include "lang/object.h"
 
 enum { MAX_NAMES = 64, MAX_VARIABLES = 64, MAX_EVENTS = 256, MAX_ASSIGNED = 1024 };
-enum { STATE_INPUTS = 1u << IN_T | 1u << IN_FILM_T | 1u << IN_I, LOOP_INPUTS = 15u << IN_LOOP0 };
+enum { STATE_INPUTS = 1u << IN_T | 1u << IN_FILM_T | 1u << IN_I };
 
 // A block under evaluation.
 typedef struct {

@@ -6,7 +6,6 @@
 
 enum {
     STEPS = 48, // around circles, whatever the size of the picture
-    LOOP_INPUTS = 15u << IN_LOOP0,
     POINT_INPUTS = 1u << IN_U | 1u << IN_V | 7u << IN_PX | 7u << IN_NX | 1u << IN_I
 };
 

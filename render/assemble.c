@@ -2,6 +2,7 @@
 // Bodies and forms from shapes: what is shared, what is merged, what is baked.
 #include "render/assemble.h"
 
+#include "render/prototypes.h"
 #include "render/report.h"
 
 #include <string.h>
@@ -64,6 +65,7 @@ static Form *add_form(Work *w) {
         arena_grow(w->arena, out->forms, out->n_forms, &out->forms_capacity, sizeof *out->forms);
     Form *form = ARENA_NEW(w->arena, Form);
     form->home = w->arena;
+    form->number = out->n_forms;
     out->forms[out->n_forms++] = form;
     return form;
 }
@@ -86,30 +88,30 @@ static double tolerance_of(const Work *w, const Shape *shape) {
     return shape->tolerance > 0 ? shape->tolerance : DEFAULT_TOLERANCE;
 }
 
-static void prepare_views(Work *w, Sampler *s, const Shape *shape, uint32_t first, uint32_t n,
-                          bool is_in_world) {
-    SampleView *views = ARENA_ARRAY(w->arena, n, SampleView);
-    for (uint32_t i = 0; i < n; i++) {
-        views[i] = (SampleView){shape, shape->transform, shape_loops(shape, first + i)};
+static void prepare_views(Work *w, Sampler *s, const FormUser *user, bool is_in_world) {
+    const Shape *shape = user->shape;
+    SampleView *views = ARENA_ARRAY(w->arena, user->n, SampleView);
+    for (uint32_t i = 0; i < user->n; i++) {
+        const double *loops = shape_loops(shape, user_instance(user, i));
+        views[i] = (SampleView){shape, shape->transform, loops};
     }
     if (is_in_world) {
         views[0].transform = NULL;
     }
     s->views = views;
-    s->n_views = is_in_world ? 1 : n;
+    s->n_views = is_in_world ? 1 : user->n;
 }
 
-static void add_user(Work *w, Form *form, const Shape *shape, uint32_t first, uint32_t n) {
+static void add_user(Work *w, Form *form, const FormUser *user) {
     form->users = arena_grow(w->arena, form->users, form->n_users, &form->users_capacity,
                              sizeof *form->users);
-    form->users[form->n_users++] = (FormUser){shape, first, n, NULL};
+    form->users[form->n_users++] = *user;
 }
 
-// The parts of a sampler that do not depend on the kind of shape. Instances [first, first + n)
-// stand in the form.
-static void prepare(Work *w, Form *form, const Shape *shape, uint32_t first, uint32_t n,
-                    bool is_in_world) {
+// The parts of a sampler that do not depend on the kind of shape. user: who stands in the form.
+static void prepare(Work *w, Form *form, const FormUser *user, bool is_in_world) {
     Sampler *s = &form->sampler;
+    const Shape *shape = user->shape;
     form->shape = shape;
     form->moves = mover_moves(&s->all);
     s->scene = w->scene;
@@ -121,13 +123,13 @@ static void prepare(Work *w, Form *form, const Shape *shape, uint32_t first, uin
     s->probe = sample_choose(w->arena, &s->all, film_first_seconds(w->scene));
     form->report.evaluations += s->probe.n < s->all.n ? s->all.n : 0;
     if (shape->clock) {
-        add_user(w, form, shape, first, n);
+        add_user(w, form, user);
     } else {
-        prepare_views(w, s, shape, first, n, is_in_world);
+        prepare_views(w, s, user, is_in_world);
     }
     if (shape->breaks) {
         SampleBreaks *breaks = ARENA_NEW(w->arena, SampleBreaks);
-        *breaks = (SampleBreaks){shape, shape_loops(shape, first)};
+        *breaks = (SampleBreaks){shape, shape_loops(shape, user_instance(user, 0))};
         s->breaks = breaks;
         s->n_breaks = 1;
     }
@@ -151,16 +153,17 @@ static Smoothing smoothing_of(Work *w, const Shape *shape) {
     return w->smoothing;
 }
 
-static Form *mesh_form(Work *w, const Shape *shape, uint32_t first, uint32_t n) {
+static Form *mesh_form(Work *w, const FormUser *user) {
+    const Shape *shape = user->shape;
     Form *form = add_form(w);
     form->kind = GEOMETRY_TRIANGLES;
     form->n_prims = shape->mesh->n_triangles;
     form->index = shape->mesh->index;
     form->smoothing = smoothing_of(w, shape);
-    form->sampler.all = mover_of(w, mover_mesh(w->arena, shape, first), 3);
+    form->sampler.all = mover_of(w, mover_mesh(w->arena, shape, user_instance(user, 0)), 3);
     Bounds rest = rest_bounds(shape->mesh);
     form->sampler.frame = frame_from_box(rest.lo, rest.hi);
-    prepare(w, form, shape, first, n, false);
+    prepare(w, form, user, false);
     return form;
 }
 
@@ -179,18 +182,19 @@ static bool is_same_form(const Work *w, const Shape *a, const Shape *b) {
 
 // The form of a mesh that keeps its rest pose, or whose instances have clocks: shared by all shapes
 // that show the same one.
-static Form *shared_form(Work *w, const Shape *shape) {
+static Form *shared_form(Work *w, const FormUser *user) {
+    const Shape *shape = user->shape;
     size_t i = hash_pointer(shape->mesh, shape->smooth) % w->shared_size;
     for (; w->shared[i]; i = (i + 1) % w->shared_size) {
         Form *form = w->out->forms[w->shared[i] - 1];
         if (is_same_form(w, form->shape, shape)) {
             if (shape->clock) {
-                add_user(w, form, shape, 0, shape->n_instances);
+                add_user(w, form, user);
             }
             return form;
         }
     }
-    Form *form = mesh_form(w, shape, 0, shape->n_instances);
+    Form *form = mesh_form(w, user);
     w->shared[i] = w->out->n_forms;
     return form;
 }
@@ -201,15 +205,14 @@ static MoverPart sphere_part(const Shape *shape, uint32_t instance) {
     return part;
 }
 
-static Form *sphere_form(Work *w, const Shape *shape, MoverPart part, uint32_t first, uint32_t n,
-                         bool is_in_world) {
+static Form *sphere_form(Work *w, const FormUser *user, MoverPart part, bool is_in_world) {
     Form *form = add_form(w);
     form->kind = GEOMETRY_SPHERES;
     form->n_prims = (uint32_t)part.n;
     form->sampler.all = mover_of(w, part, 4);
     Bounds rest = mover_bounds(&form->sampler.all, film_first_seconds(w->scene));
     form->sampler.frame = frame_from_box(rest.lo, rest.hi);
-    prepare(w, form, shape, first, n, is_in_world);
+    prepare(w, form, user, is_in_world);
     return form;
 }
 
@@ -217,24 +220,15 @@ static Form *sphere_form(Work *w, const Shape *shape, MoverPart part, uint32_t f
 static Form *ball_form(Work *w, const Shape *shape) {
     static const double ball[4] = {0, 0, 0, 1};
     if (!w->ball) {
-        w->ball = sphere_form(w, shape, (MoverPart){.n = 1, .rest = ball}, 0, 1, false);
+        w->ball = sphere_form(w, &(FormUser){.shape = shape, .n = 1},
+                              (MoverPart){.n = 1, .rest = ball}, false);
     }
     return w->ball;
 }
 
-static bool is_visible(const Shape *shape, uint32_t instance) {
-    return program_reads_time(shape->visible) ||
-           shape_is_visible(shape, shape_loops(shape, instance), 0);
-}
-
 // All instances as one set of spheres in the world.
 static void add_sphere_set(Work *w, const Shape *shape, uint32_t base) {
-    uint32_t *instances = ARENA_ARRAY(w->arena, shape->n_instances, uint32_t), n = 0;
-    for (uint32_t i = 0; i < shape->n_instances; i++) {
-        if (is_visible(shape, i)) {
-            instances[n++] = i;
-        }
-    }
+    uint32_t n, *instances = instances_seen(w->arena, shape, &n);
     MoverPart part = {.n = n, .points = shape->geometry, .transform = shape->transform};
     for (uint32_t k = 0; k < shape->n_loops; k++) {
         double *values = ARENA_ARRAY(w->arena, n, double);
@@ -249,7 +243,7 @@ static void add_sphere_set(Work *w, const Shape *shape, uint32_t base) {
         *many = (BodyOfMany){.instances = instances, .n = n, .base = base};
         add_body(w, (Body){.shape = shape,
                            .object = shape_object(shape, base, instances[0]),
-                           .form = sphere_form(w, shape, part, 0, 1, true),
+                           .form = sphere_form(w, &(FormUser){.shape = shape, .n = 1}, part, true),
                            .many = many});
     }
 }
@@ -260,7 +254,7 @@ static void add_instance(Work *w, const Shape *shape, uint32_t instance, uint32_
     body.is_ball = form && form == w->ball;
     body.moves = program_reads_time(shape->transform) || program_reads_time(shape->visible) ||
                  (!form && program_reads_time(shape->geometry));
-    if (body.moves || body_place(&body, 0).is_present) {
+    if (body.moves || body_place(&body, NULL, 0).is_present) {
         add_body(w, body);
     }
 }
@@ -271,20 +265,27 @@ static bool is_finite_sphere(const Shape *shape, uint32_t instance) {
     return isfinite(s[0] + s[1] + s[2] + s[3]);
 }
 
-static Form *instance_form(Work *w, const Shape *shape, uint32_t instance, uint32_t n) {
+static Form *instance_form(Work *w, const FormUser *user) {
+    const Shape *shape = user->shape;
+    uint32_t first = user_instance(user, 0);
+    if (shape->kind == SHAPE_PLANE) {
+        return NULL;
+    }
     if (shape->kind == SHAPE_SPHERE) {
         bool is_still = !program_reads_time(shape->geometry);
-        return is_still && is_finite_sphere(shape, instance)
+        return is_still && is_finite_sphere(shape, first)
                    ? ball_form(w, shape)
-                   : sphere_form(w, shape, sphere_part(shape, instance), instance, n, false);
+                   : sphere_form(w, user, sphere_part(shape, first), false);
     }
     bool is_shared = !deforms(shape) || (shape->clock && !program_reads_loops(shape->vertex));
-    return is_shared ? shared_form(w, shape) : mesh_form(w, shape, instance, n);
+    return is_shared ? shared_form(w, user) : mesh_form(w, user);
 }
 
 // A sphere as a body of its own.
 static void add_own(Work *w, const Shape *shape, uint32_t instance, uint32_t object) {
-    add_instance(w, shape, instance, object, instance_form(w, shape, instance, 1));
+    uint32_t *which = ARENA_NEW(w->arena, uint32_t);
+    *which = instance;
+    add_instance(w, shape, instance, object, instance_form(w, &(FormUser){shape, 1, which, NULL}));
 }
 
 static uint32_t class_of(double radius) {
@@ -332,7 +333,8 @@ static void join_standing(Work *w, const Standing *standing, size_t n) {
     }
     BodyOfMany *many = ARENA_NEW(w->arena, BodyOfMany);
     *many = (BodyOfMany){.spheres = spheres, .n = (uint32_t)n};
-    Form *form = sphere_form(w, spheres[0].shape, (MoverPart){.n = n, .rest = rest}, 0, 1, true);
+    Form *form = sphere_form(w, &(FormUser){.shape = spheres[0].shape, .n = 1},
+                             (MoverPart){.n = n, .rest = rest}, true);
     add_body(w, (Body){.object = spheres[0].object, .form = form, .many = many});
 }
 
@@ -369,29 +371,41 @@ static void bake_instance(Work *w, const Shape *shape, uint32_t instance, uint32
     w->baked[w->n_baked++] = part;
 }
 
+static void add_bodies(Work *w, const Shape *shape, uint32_t base, const uint32_t *which,
+                       uint32_t n) {
+    Prototypes prototypes = prototypes_of(w->arena, shape, which, n);
+    Form **forms = ARENA_ARRAY(w->arena, prototypes.n, Form *);
+    report_prototypes(w->reporter, shape, prototypes.n);
+    for (uint32_t k = 0; k < prototypes.n; k++) {
+        FormUser user = {.shape = shape, .n = n, .which = which};
+        if (prototypes.of) {
+            user.which = prototypes.members + prototypes.first[k];
+            user.n = prototypes.first[k + 1] - prototypes.first[k];
+        }
+        forms[k] = instance_form(w, &user);
+    }
+    for (uint32_t i = 0; i < n; i++) {
+        add_instance(w, shape, which[i], shape_object(shape, base, which[i]),
+                     forms[prototypes.of ? prototypes.of[i] : 0]);
+    }
+}
+
 static void add_instances(Work *w, const Shape *shape, uint32_t base) {
-    const Program *points = shape->kind == SHAPE_MESH ? shape->vertex : shape->geometry;
-    bool is_own = program_reads_loops(points), bakes = is_baked(w, shape);
-    bool stands =
-        shape_stands(shape) && !program_reads_time(shape->geometry) && !shape_is_selective(shape);
-    Smoothing smoothing =
-        bakes ? smoothing_new(w->arena, shape->mesh, shape->smooth, true) : (Smoothing){0};
-    Form *form = NULL;
-    for (uint32_t i = 0; i < shape->n_instances; i++) {
-        uint32_t object = shape_object(shape, base, i);
-        if (!is_visible(shape, i)) {
-            continue;
+    uint32_t n;
+    const uint32_t *which = instances_seen(w->arena, shape, &n);
+    if (is_baked(w, shape)) {
+        Smoothing smoothing = smoothing_new(w->arena, shape->mesh, shape->smooth, true);
+        for (uint32_t i = 0; i < n; i++) {
+            uint32_t object = shape_object(shape, base, which[i]);
+            bake_instance(w, shape, which[i], object, &smoothing);
         }
-        if (bakes) {
-            bake_instance(w, shape, i, object, &smoothing);
-        } else if (stands) {
-            add_standing(w, shape, i, object);
-        } else {
-            if (shape->kind != SHAPE_PLANE && (!form || is_own)) {
-                form = instance_form(w, shape, i, is_own ? 1 : shape->n_instances - i);
-            }
-            add_instance(w, shape, i, object, form);
+    } else if (shape_stands(shape) && !program_reads_time(shape->geometry) &&
+               !shape_is_selective(shape)) {
+        for (uint32_t i = 0; i < n; i++) {
+            add_standing(w, shape, which[i], shape_object(shape, base, which[i]));
         }
+    } else {
+        add_bodies(w, shape, base, which, n);
     }
 }
 
@@ -401,7 +415,7 @@ static bool becomes_set(const Work *w, const Shape *shape) {
 
 static void add_set(Work *w, const Shape *shape, uint32_t base) {
     Assembly *out = w->out;
-    Form *form = shared_form(w, shape);
+    Form *form = shared_form(w, &(FormUser){.shape = shape, .n = shape->n_instances});
     InstanceSet set = instance_set_new(w->arena, shape, form, base, w->options->n_threads);
     if (set.n > 0) {
         out->sets = arena_grow(w->arena, out->sets, out->n_sets, &out->sets_capacity, sizeof set);
@@ -475,7 +489,7 @@ static void add_baked(Work *w) {
     Sampler *s = &form->sampler;
     Bounds rest = mover_bounds(&s->all, film_first_seconds(w->scene));
     s->frame = frame_from_box(rest.lo, rest.hi);
-    prepare(w, form, w->baked[0].shape, 0, 1, true);
+    prepare(w, form, &(FormUser){.shape = w->baked[0].shape, .n = 1}, true);
     SampleBreaks *breaks = ARENA_ARRAY(w->arena, w->n_baked, SampleBreaks);
     s->n_breaks = 0;
     for (size_t i = 0; i < w->n_baked; i++) {

@@ -5,9 +5,10 @@
 #include "render/local_time.h"
 
 enum {
-    PROBES = 8,    // instants within a span whose bounds are asked for
-    DEPTH = 12,    // halvings of such a span
-    PIECES = 1024, // of one; what breaks that often is not followed any further
+    PROBES = 8,     // instants within a span whose bounds are asked for
+    DEPTH = 12,     // halvings of such a span
+    PIECES = 1024,  // of one; what breaks that often is not followed any further
+    REGISTERS = 512 // of programs that need more nothing is kept
 };
 
 // Corners may be so far from a straight line, relative to the box, before a span is halved.
@@ -44,14 +45,63 @@ static void affine_ball(Affine *map, const double sphere[4]) {
     map->m[2][3] = center.z;
 }
 
-bool body_map(const Body *body, double seconds, Affine *map) {
-    double in[IN_COUNT], sphere[4];
+static void run(const Program *program, double *kept, const double in[IN_COUNT], double *out) {
+    if (kept) {
+        program_run_kept(program, in, kept, out);
+    } else {
+        program_run1(program, in, out);
+    }
+}
+
+static const Program *ball_program(const Body *body) {
+    return body->is_ball ? body->shape->geometry : NULL;
+}
+
+static size_t n_registers(const Program *program) {
+    return program ? program_n_instr(program) : 0;
+}
+
+size_t body_n_registers(const Body *body) {
+    const Shape *shape = body->shape;
+    return body->many ? 0
+                      : n_registers(shape->transform) + n_registers(ball_program(body)) +
+                            n_registers(shape->visible) + n_registers(shape->clock);
+}
+
+static double *keep(const Program *program, const double in[IN_COUNT], double **next) {
+    double *registers = *next;
+    if (program) {
+        program_keep(program, in, registers);
+        *next += program_n_instr(program);
+    }
+    return registers;
+}
+
+BodyKept body_keep(const Body *body, double *registers) {
+    const Shape *shape = body->shape;
+    double in[IN_COUNT];
+    if (body->many) {
+        return (BodyKept){0};
+    }
+    shape_inputs(shape, body_loops(body), 0, in);
+    return (BodyKept){.transform = keep(shape->transform, in, &registers),
+                      .geometry = keep(ball_program(body), in, &registers),
+                      .visible = keep(shape->visible, in, &registers),
+                      .clock = keep(shape->clock, in, &registers)};
+}
+
+bool body_map(const Body *body, const BodyKept *kept, double seconds, Affine *map) {
+    double in[IN_COUNT], rows[12], sphere[4];
+    *map = affine_identity();
     shape_inputs(body->shape, body_loops(body), seconds, in);
-    if (!affine_run(body->shape->transform, in, map)) {
-        return false;
+    if (body->shape->transform) {
+        run(body->shape->transform, kept ? kept->transform : NULL, in, rows);
+        if (!affine_from_rows(rows, map)) {
+            return false;
+        }
     }
     if (body->is_ball) {
-        program_run1(body->shape->geometry, in, sphere);
+        run(body->shape->geometry, kept ? kept->geometry : NULL, in, sphere);
         affine_ball(map, sphere);
         return isfinite(sphere[0] + sphere[1] + sphere[2] + sphere[3]);
     }
@@ -64,17 +114,32 @@ bool placement_invert(Placement *p) {
     return affine_invert(&linear, &p->inverse);
 }
 
-Placement body_place(const Body *body, double seconds) {
+Placement body_place(const Body *body, const BodyKept *kept, double seconds) {
     Placement p = {.map = affine_identity(), .inverse = affine_identity(), .is_present = true};
+    const Shape *shape = body->shape;
+    double in[IN_COUNT], seen = 1;
     if (body->many) {
         return p;
     }
-    p.is_present = body_map(body, seconds, &p.map);
-    if (p.is_present && (body->is_ball || body->shape->transform)) {
+    p.is_present = body_map(body, kept, seconds, &p.map);
+    if (p.is_present && (body->is_ball || shape->transform)) {
         p.is_present = placement_invert(&p);
     }
-    p.is_present = p.is_present && shape_is_visible(body->shape, body_loops(body), seconds);
+    if (p.is_present && shape->visible) {
+        shape_inputs(shape, body_loops(body), seconds, in);
+        run(shape->visible, kept ? kept->visible : NULL, in, &seen);
+        p.is_present = program_is_true(seen);
+    }
     return p;
+}
+
+double body_seconds(const Body *body, const BodyKept *kept, double seconds) {
+    double in[IN_COUNT], shown = seconds;
+    if (body->shape->clock) {
+        shape_inputs(body->shape, body_loops(body), seconds, in);
+        run(body->shape->clock, kept ? kept->clock : NULL, in, &shown);
+    }
+    return shown;
 }
 
 static bool is_similarity(const Affine *a) {
@@ -233,8 +298,14 @@ static Bounds sweep_between(Sweep *s, double lo, double hi, bool moves) {
     return pad_rounding(s->sum);
 }
 
+typedef struct {
+    const Body *body;
+    BodyKept kept;
+} KeptBody;
+
 static bool map_of_body(const void *context, double seconds, Affine *map) {
-    return body_map(context, seconds, map);
+    const KeptBody *k = context;
+    return body_map(k->body, &k->kept, seconds, map);
 }
 
 Bounds body_bounds(const Body *body, double fps, int64_t frame, double lo, double hi) {
@@ -242,7 +313,12 @@ Bounds body_bounds(const Body *body, double fps, int64_t frame, double lo, doubl
     if (body->many) {
         return pad_rounding(points);
     }
-    Sweep s = {map_of_body, body, points, fps, frame, bounds_empty(), 0};
+    double registers[REGISTERS];
+    KeptBody k = {body, {0}};
+    if (body_n_registers(body) <= REGISTERS) {
+        k.kept = body_keep(body, registers);
+    }
+    Sweep s = {map_of_body, &k, points, fps, frame, bounds_empty(), 0};
     return sweep_between(&s, lo, hi, program_reads_time(body->shape->transform));
 }
 

@@ -70,11 +70,24 @@ static inline uint32_t shape_object(const Shape *shape, uint32_t base, uint32_t 
 // The part of a baked body that a primitive belongs to.
 const BodyPart *body_part(const BodyOfMany *many, uint32_t prim);
 
-// From the points of the form to the world; of a body that is no set. False: not finite.
-bool body_map(const Body *body, double seconds, Affine *map);
+// The registers of a body's programs (program_keep), for one that is asked at many times.
+typedef struct {
+    double *transform, *geometry, *visible, *clock;
+} BodyKept;
 
-// From the body's programs at the film's seconds.
-Placement body_place(const Body *body, double seconds);
+size_t body_n_registers(const Body *body);
+// registers: [body_n_registers]; they are the caller's.
+BodyKept body_keep(const Body *body, double *registers);
+
+// From the points of the form to the world at the film's seconds; of a body that is no set. False:
+// not finite. kept: of this body; NULL: nothing is.
+bool body_map(const Body *body, const BodyKept *kept, double seconds, Affine *map);
+
+// From the body's programs.
+Placement body_place(const Body *body, const BodyKept *kept, double seconds);
+
+// What its clock shows then.
+double body_seconds(const Body *body, const BodyKept *kept, double seconds);
 
 // A sphere's center and radius in its own block.
 void sphere_at(const Shape *shape, const double *loops, double seconds, double out[4]);

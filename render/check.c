@@ -119,12 +119,18 @@ static void measure_speed(Check *check, uint32_t s, const World *world) {
 
 // ---- What was sampled
 
-static void count_form(Check *check, uint32_t s, const Form *form) {
+// Of a form that a shape stands in; bodies of a shape follow each other.
+static void count_form(Check *check, const Shape *shape, const Form *form, const Shape **counted) {
+    uint32_t s = (uint32_t)(shape - check->scene->shapes), n_keys = form->geometry.n_keys;
     ShapeMotion *motion = &check->motions[s];
-    uint32_t n_keys = form->geometry.n_keys;
+    if (counted[form->number] == shape) {
+        return;
+    }
+    counted[form->number] = shape;
     check->n_last_keys[s] = n_keys > check->n_last_keys[s] ? n_keys : check->n_last_keys[s];
     motion->error_pixels = fmax(motion->error_pixels, form->report.error);
     motion->bytes += form_array_bytes(form);
+    motion->n_prototypes++;
 }
 
 static const Shape *shape_of_many(const BodyOfMany *many, uint32_t k) {
@@ -132,36 +138,33 @@ static const Shape *shape_of_many(const BodyOfMany *many, uint32_t k) {
 }
 
 static void count_block(Check *check, const World *world) {
+    Arena scratch = {0};
     const Assembly *parts = &world->parts;
     const Scene *scene = check->scene;
+    const Shape **counted = ARENA_ARRAY(&scratch, parts->n_forms, const Shape *);
     for (uint32_t s = 0; s < scene->n_shapes; s++) {
         check->n_last_keys[s] = 0;
         check->motions[s].bytes = 0;
+        check->motions[s].n_prototypes = 0;
     }
-    const Form *last = NULL;
-    const Shape *last_shape = NULL;
     for (uint32_t i = 0; i < parts->n_bodies; i++) {
         const Body *body = &parts->bodies[i];
-        if (body->shape && (body->form != last || body->shape != last_shape)) {
-            count_form(check, (uint32_t)(body->shape - scene->shapes), body->form);
+        if (body->shape) {
+            count_form(check, body->shape, body->form, counted);
         }
         for (uint32_t k = 0; body->many && !body->shape && k < body->many->n; k++) {
-            const Shape *shape = shape_of_many(body->many, k);
-            if (k == 0 || shape != shape_of_many(body->many, k - 1)) {
-                count_form(check, (uint32_t)(shape - scene->shapes), body->form);
-            }
+            count_form(check, shape_of_many(body->many, k), body->form, counted);
         }
-        last = body->form;
-        last_shape = body->shape;
     }
     for (uint32_t i = 0; i < parts->n_sets; i++) {
-        count_form(check, (uint32_t)(parts->sets[i].shape - scene->shapes), parts->sets[i].form);
+        count_form(check, parts->sets[i].shape, parts->sets[i].form, counted);
     }
     for (uint32_t s = 0; s < scene->n_shapes; s++) {
         uint32_t n = check->n_last_keys[s];
         check->motions[s].n_keys = n > 1 ? check->motions[s].n_keys + n : 1;
         measure_speed(check, s, world);
     }
+    arena_free(&scratch);
 }
 
 static void add_totals(CheckTotals *totals, const World *world) {

@@ -41,17 +41,23 @@ Bounds mover_bounds(const Mover *mover, double seconds);
 
 typedef struct InstanceSet InstanceSet; // render/instance_set.h
 
-// Instances [first, first + n) of a shape, or the members of a set.
+// Instances of a shape, or the members of a set.
 typedef struct {
     const Shape *shape;
-    uint32_t first, n;
+    uint32_t n;
+    const uint32_t *which;  // [n]; NULL: the first n
     const InstanceSet *set; // NULL: none
 } FormUser;
+
+static inline uint32_t user_instance(const FormUser *user, uint32_t i) {
+    return user->which ? user->which[i] : i;
+}
 
 typedef struct {
     // What it is; set by its maker.
     const Shape *shape; // the first that stands in it; NULL: baked, of many
     GeometryKind kind;
+    uint32_t number; // among those of the world
     uint32_t n_prims;
     const uint32_t *index; // [n_prims][3]; spheres: NULL
     Smoothing smoothing;

@@ -100,8 +100,8 @@ static void reach_all(Reach *r, const FormUser *user, const ShutterSpan *shutter
                 instance_times(user->set, i, first, last, reach, r);
                 continue;
             }
-            local_times(user->shape, shape_loops(user->shape, user->first + i), r->fps, open.frame,
-                        open.lo, open.hi, reach, r);
+            local_times(user->shape, shape_loops(user->shape, user_instance(user, i)), r->fps,
+                        open.frame, open.lo, open.hi, reach, r);
         }
     }
 }
@@ -115,7 +115,7 @@ static bool user_map(const FormUser *user, uint32_t k, double seconds, Affine *m
         *map = instance_outer(user->set, k);
         return true;
     }
-    shape_inputs(user->shape, shape_loops(user->shape, user->first + k), seconds, in);
+    shape_inputs(user->shape, shape_loops(user->shape, user_instance(user, k)), seconds, in);
     return affine_run(user->shape->transform, in, map);
 }
 

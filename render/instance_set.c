@@ -96,7 +96,7 @@ static bool record_of(const Batch *b, uint32_t i, InstanceRecord *record, double
     record->offset = b->pace[1][i];
     *cycle = b->pace[2][i];
     bool has_time = isfinite(record->speed) && isfinite(record->offset) && !isnan(*cycle);
-    bool is_seen = b->visible[i] != 0 && !isnan(b->visible[i]);
+    bool is_seen = program_is_true(b->visible[i]);
     return sum == 0 && affine_det(&map) != 0 && has_time && is_seen;
 }
 

@@ -6,9 +6,6 @@
 
 #include "render/mesh_track.h"
 
-static const uint32_t LOOP_INPUTS =
-    1u << IN_LOOP0 | 1u << IN_LOOP1 | 1u << IN_LOOP2 | 1u << IN_LOOP3;
-
 bool program_reads_loops(const Program *program) {
     return program && program_inputs(program) & LOOP_INPUTS;
 }
@@ -45,7 +42,7 @@ bool shape_is_visible(const Shape *shape, const double *loops, double seconds) {
     }
     shape_inputs(shape, loops, seconds, in);
     program_run1(shape->visible, in, &seen);
-    return seen != 0 && !isnan(seen);
+    return program_is_true(seen);
 }
 
 bool affine_run_at(const Program *transform, double t, Affine *out) {
@@ -53,18 +50,23 @@ bool affine_run_at(const Program *transform, double t, Affine *out) {
     return affine_run(transform, in, out);
 }
 
-bool affine_run(const Program *transform, const double in[IN_COUNT], Affine *out) {
-    *out = affine_identity();
-    if (!transform) {
-        return true;
-    }
-    double rows[12], sum = 0;
-    program_run1(transform, in, rows);
+bool affine_from_rows(const double rows[12], Affine *out) {
+    double sum = 0;
     for (int i = 0; i < 12; i++) {
         out->m[i / 4][i % 4] = rows[i];
         sum += rows[i] * 0;
     }
     return sum == 0;
+}
+
+bool affine_run(const Program *transform, const double in[IN_COUNT], Affine *out) {
+    double rows[12];
+    *out = affine_identity();
+    if (!transform) {
+        return true;
+    }
+    program_run1(transform, in, rows);
+    return affine_from_rows(rows, out);
 }
 
 // Column c of an array of rows of `stride` values.

@@ -45,6 +45,8 @@ void shape_inputs(const Shape *shape, const double *loops, double seconds, doubl
 // Whether an instance is there, at the film's seconds.
 bool shape_is_visible(const Shape *shape, const double *loops, double seconds);
 
+// The 12 outputs of a program as a map. False: it is not finite.
+bool affine_from_rows(const double rows[12], Affine *out);
 // A program of 12 outputs as a map; NULL: the identity. False where it is not finite.
 bool affine_run(const Program *transform, const double in[IN_COUNT], Affine *out);
 // The same of one that reads IN_T alone.

@@ -5,6 +5,9 @@
 // uniform in a call (all the inputs behind it are) is known from a mask per instruction: those run
 // once per call in op_scalar() and are spread over a register of their own; the rest run once per
 // batch in registers that are reused as soon as their last reader has run.
+//
+// What depends on loop variables alone comes first, so that one element can be run again at another
+// time from there on.
 #include "render/program.h"
 
 #include <stdatomic.h>
@@ -23,6 +26,7 @@ enum {
 typedef struct {
     uint8_t op;
     bool is_paired; // a sine or cosine; the next step is the other of the same angle
+    bool is_kept;   // of those that are still: others read it
     uint32_t a, b, c, table;
     uint32_t inputs; // bit i: Input i is behind it
     uint32_t slot;   // register, where it varies
@@ -32,6 +36,7 @@ typedef struct {
 struct Program {
     Step *steps;
     uint32_t n_steps, n_slots, n_out, inputs;
+    uint32_t n_still; // the first ones read no inputs but loop variables
     const uint32_t *out;
     const ProgramTable *tables;
 };
@@ -151,6 +156,7 @@ typedef struct {
     uint32_t *moved; // where each instruction went
     uint8_t *live;
     uint32_t *partner; // [n_code]: the sine or cosine of the same angle that comes later; 0: none
+    uint32_t *inputs;  // [n_code]: bit i: Input i is behind it
 } Taking;
 
 static void find_partners(const Taking *taking, uint32_t n_code, Arena *scratch) {
@@ -178,14 +184,47 @@ static Step *take_step(const Taking *taking, uint32_t i) {
     operands_of(code, operand);
     for (int k = 0; k < op_operands[s->op]; k++) {
         *target[k] = taking->moved[operand[k]];
-        s->inputs |= p->steps[*target[k]].inputs;
     }
-    if (s->op == OP_INPUT) {
-        s->inputs = 1u << s->table;
-    }
+    s->inputs = taking->inputs[i];
     taking->moved[i] = p->n_steps++;
     taking->live[i] = 0;
     return s;
+}
+
+static uint32_t code_inputs(const Taking *taking, uint32_t i) {
+    uint32_t operand[3], inputs = 0;
+    const Instr *code = &taking->code[i];
+    operands_of(code, operand);
+    for (int k = 0; k < op_operands[code->op]; k++) {
+        inputs |= taking->inputs[operand[k]];
+    }
+    return code->op == OP_INPUT ? 1u << code->table : inputs;
+}
+
+// Those that are still, or those that are not.
+static void take_steps(const Taking *taking, uint32_t n_code, bool still) {
+    for (uint32_t i = 0; i < n_code; i++) {
+        if (still == ((taking->inputs[i] & ~LOOP_INPUTS) == 0)) {
+            if (taking->live[i]) {
+                take_step(taking, i)->is_paired = taking->partner[i] != 0;
+            }
+            if (taking->partner[i]) {
+                take_step(taking, taking->partner[i]);
+            }
+        }
+    }
+}
+
+static void mark_kept(Program *p, const uint32_t *out, uint32_t n_out) {
+    for (uint32_t i = p->n_still; i < p->n_steps; i++) {
+        const uint32_t operand[3] = {p->steps[i].a, p->steps[i].b, p->steps[i].c};
+        for (int k = 0; k < op_operands[p->steps[i].op]; k++) {
+            p->steps[operand[k]].is_kept = operand[k] < p->n_still;
+        }
+    }
+    for (uint32_t i = 0; i < n_out; i++) {
+        p->steps[out[i]].is_kept = out[i] < p->n_still;
+    }
 }
 
 Program *program_new(Arena *arena, const Instr *code, uint32_t n_code, const uint32_t *out,
@@ -201,21 +240,25 @@ Program *program_new(Arena *arena, const Instr *code, uint32_t n_code, const uin
     Program *p = ARENA_NEW(arena, Program);
     p->steps = ARENA_ARRAY(arena, n, Step);
     p->tables = copy_tables(arena, tables, n_tables);
-    Taking taking = {p, code, moved, live, ARENA_ARRAY(&scratch, n_code, uint32_t)};
-    find_partners(&taking, n_code, &scratch);
+    Taking taking = {p,
+                     code,
+                     moved,
+                     live,
+                     ARENA_ARRAY(&scratch, n_code, uint32_t),
+                     ARENA_ARRAY(&scratch, n_code, uint32_t)};
     for (uint32_t i = 0; i < n_code; i++) {
-        if (live[i]) {
-            take_step(&taking, i)->is_paired = taking.partner[i] != 0;
-        }
-        if (taking.partner[i]) {
-            take_step(&taking, taking.partner[i]);
-        }
+        taking.inputs[i] = code_inputs(&taking, i);
     }
+    find_partners(&taking, n_code, &scratch);
+    take_steps(&taking, n_code, true);
+    p->n_still = p->n_steps;
+    take_steps(&taking, n_code, false);
     uint32_t *outs = ARENA_ARRAY(arena, n_out, uint32_t);
     for (uint32_t i = 0; i < n_out; i++) {
         outs[i] = moved[out[i]];
         p->inputs |= p->steps[outs[i]].inputs;
     }
+    mark_kept(p, outs, n_out);
     p->out = outs;
     p->n_out = n_out;
     p->n_slots = assign_slots(p->steps, p->n_steps, outs, n_out);
@@ -248,18 +291,61 @@ bool program_has_images(const Program *program) {
     return false;
 }
 
+// Operands that the operation does not have name step 0: read, never used.
 static double run_step(const Program *p, const Step *s, const double *value, double input) {
+    const double a = value[s->a], b = value[s->b], c = value[s->c];
     switch (s->op) {
     case OP_CONST:
         return s->value;
     case OP_INPUT:
         return input;
-    default: {
-        // Operands that the operation does not have name step 0: read, never used.
-        const ProgramTable *table = has_table((Op)s->op) ? &p->tables[s->table] : NULL;
-        return op_scalar((Op)s->op, value[s->a], value[s->b], value[s->c], table);
+#define OP_PLAIN(name, result)                                                                     \
+    case OP_##name:                                                                                \
+        return op_plain_##name(a, b, c);
+        OPS_PLAIN
+#undef OP_PLAIN
+    default:
+        return op_scalar((Op)s->op, a, b, c, has_table((Op)s->op) ? &p->tables[s->table] : NULL);
     }
+}
+
+static void run_steps(const Program *p, uint32_t first, uint32_t last, const double in[IN_COUNT],
+                      double *value) {
+    for (uint32_t i = first; i < last; i++) {
+        const Step *s = &p->steps[i];
+        if (s->is_paired) {
+            uint32_t sine = s->op == OP_SIN ? i : i + 1;
+            program_sincos_scalar(1, &value[sine], &value[2 * i + 1 - sine], &value[s->a]);
+            i++;
+        } else {
+            value[i] = run_step(p, s, value, s->op == OP_INPUT ? in[s->table] : 0);
+        }
     }
+}
+
+void program_keep(const Program *p, const double in[IN_COUNT], double *registers) {
+    registers[0] = 0; // which the first step may name
+    run_steps(p, 0, p->n_still, in, registers);
+}
+
+void program_run_kept(const Program *p, const double in[IN_COUNT], double *registers, double *out) {
+    run_steps(p, p->n_still, p->n_steps, in, registers);
+    for (uint32_t k = 0; k < p->n_out; k++) {
+        out[k] = registers[p->out[k]];
+    }
+}
+
+uint32_t program_kept(const Program *p, const double *registers, double *values) {
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < p->n_still; i++) {
+        if (p->steps[i].is_kept) {
+            if (values) {
+                values[n] = registers[i];
+            }
+            n++;
+        }
+    }
+    return n;
 }
 
 void program_run1(const Program *p, const double in[IN_COUNT], double *out) {
@@ -271,13 +357,8 @@ void program_run1(const Program *p, const double in[IN_COUNT], double *out) {
     if (!value) {
         return;
     }
-    for (uint32_t i = 0; i < p->n_steps; i++) {
-        const Step *s = &p->steps[i];
-        value[i] = run_step(p, s, value, s->op == OP_INPUT ? in[s->table] : 0);
-    }
-    for (uint32_t k = 0; k < p->n_out; k++) {
-        out[k] = value[p->out[k]];
-    }
+    program_keep(p, in, value);
+    program_run_kept(p, in, value, out);
     if (value != stack) {
         free(value);
     }

@@ -9,6 +9,7 @@
 #ifndef RENDER_PROGRAM_H
 #define RENDER_PROGRAM_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -51,6 +52,8 @@ typedef enum {
     IN_LOOP3, // loop variables of the enclosing `for`s, outer first
     IN_COUNT
 } Input;
+
+enum { LOOP_INPUTS = 15u << IN_LOOP0 };
 
 typedef struct {
     uint8_t op; // Op
@@ -111,9 +114,24 @@ void program_run(const Program *program, const ProgramInputs *in, size_t n, doub
 // One element; out[n_out]. For tracks evaluated at a ray's own time.
 void program_run1(const Program *program, const double in[IN_COUNT], double *out);
 
+// The same in two steps, for one that runs at many times: registers[program_n_instr] keeps what
+// depends on loop variables alone, which must be the same in both.
+void program_keep(const Program *program, const double in[IN_COUNT], double *registers);
+void program_run_kept(const Program *program, const double in[IN_COUNT], double *registers,
+                      double *out);
+
+// What the second step reads of the first, fewer than program_n_instr: returns how many values.
+// Where they are equal, so is whatever comes of them. values NULL: only counts.
+uint32_t program_kept(const Program *program, const double *registers, double *values);
+
 // Which kernels run: "scalar" or "avx2". NULL: the best that the processor has. False: unknown or
 // not supported here. The results do not depend on it.
 bool program_set_cpu(const char *name);
+
+// Whether a result is true; NaN is not.
+static inline bool program_is_true(double x) {
+    return x != 0 && !isnan(x);
+}
 
 // One operation on numbers, by the very code that programs run: the compiler folds constants with
 // it, so that a folded expression and a computed one agree.

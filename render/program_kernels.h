@@ -26,48 +26,11 @@
 void KERNEL_NAME(Op op, size_t n, double *r, const double *a, const double *b, const double *c,
                  const ProgramTable *table) {
     switch (op) {
-    case OP_ADD:
-        LOOP(a[i] + b[i]);
-    case OP_SUB:
-        LOOP(a[i] - b[i]);
-    case OP_MUL:
-        LOOP(a[i] * b[i]);
-    case OP_DIV:
-        LOOP(a[i] / b[i]);
-    case OP_MOD:
-        LOOP(op_mod(a[i], b[i]));
-    case OP_NEG:
-        LOOP(-a[i]);
-    case OP_ABS:
-        LOOP(fabs(a[i]));
-    case OP_SIGN:
-        LOOP(op_sign(a[i]));
-    case OP_FLOOR:
-        LOOP(floor(a[i]));
-    case OP_CEIL:
-        LOOP(ceil(a[i]));
-    case OP_ROUND:
-        LOOP(floor(a[i] + 0.5));
-    case OP_SQRT:
-        LOOP(sqrt(a[i]));
-    case OP_MIN:
-        LOOP(op_min(a[i], b[i]));
-    case OP_MAX:
-        LOOP(op_max(a[i], b[i]));
-    case OP_LT:
-        LOOP(a[i] < b[i] ? 1.0 : 0.0);
-    case OP_LE:
-        LOOP(a[i] <= b[i] ? 1.0 : 0.0);
-    case OP_EQ:
-        LOOP(a[i] == b[i] ? 1.0 : 0.0);
-    case OP_NOT:
-        LOOP(a[i] == 0 ? 1.0 : 0.0);
-    case OP_AND:
-        LOOP((a[i] != 0) & (b[i] != 0) ? 1.0 : 0.0);
-    case OP_OR:
-        LOOP((a[i] != 0) | (b[i] != 0) ? 1.0 : 0.0);
-    case OP_SELECT:
-        LOOP(a[i] != 0 ? b[i] : c[i]);
+#define OP_PLAIN(name, result)                                                                     \
+    case OP_##name:                                                                                \
+        LOOP(op_plain_##name(a[i], b[i], c[i]));
+        OPS_PLAIN
+#undef OP_PLAIN
     case OP_EXP:
         MAP1(exp, u10);
     case OP_LOG:

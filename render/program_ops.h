@@ -83,6 +83,38 @@ static inline double op_image(double s, double t, const double dx[2], const doub
 // Gradient noise at one point (render/program_noise.c).
 double op_noise(double x, double y, double z);
 
+// The operations that every processor has: OP_PLAIN(name, result).
+#define OPS_PLAIN                                                                                  \
+    OP_PLAIN(ADD, a + b)                                                                           \
+    OP_PLAIN(SUB, a - b)                                                                           \
+    OP_PLAIN(MUL, a *b)                                                                            \
+    OP_PLAIN(DIV, a / b)                                                                           \
+    OP_PLAIN(MOD, op_mod(a, b))                                                                    \
+    OP_PLAIN(NEG, -a)                                                                              \
+    OP_PLAIN(ABS, fabs(a))                                                                         \
+    OP_PLAIN(SIGN, op_sign(a))                                                                     \
+    OP_PLAIN(FLOOR, floor(a))                                                                      \
+    OP_PLAIN(CEIL, ceil(a))                                                                        \
+    OP_PLAIN(ROUND, floor(a + 0.5))                                                                \
+    OP_PLAIN(SQRT, sqrt(a))                                                                        \
+    OP_PLAIN(MIN, op_min(a, b))                                                                    \
+    OP_PLAIN(MAX, op_max(a, b))                                                                    \
+    OP_PLAIN(LT, a < b ? 1.0 : 0.0)                                                                \
+    OP_PLAIN(LE, a <= b ? 1.0 : 0.0)                                                               \
+    OP_PLAIN(EQ, a == b ? 1.0 : 0.0)                                                               \
+    OP_PLAIN(NOT, a == 0 ? 1.0 : 0.0)                                                              \
+    OP_PLAIN(AND, (a != 0) & (b != 0) ? 1.0 : 0.0)                                                 \
+    OP_PLAIN(OR, (a != 0) | (b != 0) ? 1.0 : 0.0)                                                  \
+    OP_PLAIN(SELECT, a != 0 ? b : c)
+
+#define OP_PLAIN(name, result)                                                                     \
+    static inline double op_plain_##name(double a, double b, double c) {                           \
+        (void)a, (void)b, (void)c;                                                                 \
+        return result;                                                                             \
+    }
+OPS_PLAIN
+#undef OP_PLAIN
+
 double op_scalar(Op op, double a, double b, double c, const ProgramTable *table);
 
 #endif

@@ -12,27 +12,9 @@
 #include "render/program_kernels.h"
 
 double op_scalar(Op op, double a, double b, double c, const ProgramTable *table) {
-    switch (op) {
-    case OP_ADD:
-        return a + b;
-    case OP_SUB:
-        return a - b;
-    case OP_MUL:
-        return a * b;
-    case OP_DIV:
-        return a / b;
-    case OP_SELECT:
-        return a != 0 ? b : c;
-    case OP_SIN:
-        return Sleef_cinz_sincosd1_u10purec(a).x;
-    case OP_COS:
-        return Sleef_cinz_sincosd1_u10purec(a).y;
-    default: {
-        double r = 0;
-        program_kernel_scalar(op, 1, &r, &a, &b, &c, table);
-        return r;
-    }
-    }
+    double r = 0;
+    program_kernel_scalar(op, 1, &r, &a, &b, &c, table);
+    return r;
 }
 
 void program_sincos_scalar(size_t n, double *sine, double *cosine, const double *a) {

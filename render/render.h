@@ -116,6 +116,7 @@ typedef struct {
     double pixels_per_frame; // the fastest vertex, seen from the camera
     double error_pixels;     // estimated, of linear motion between the instants
     size_t bytes;            // of vertex arrays, all instances
+    uint32_t n_prototypes;   // vertex arrays that its instances need, each with a tree
     bool moves_as_body;      // its transform depends on time
 } ShapeMotion;
 

@@ -30,6 +30,16 @@ void report_error(const Reporter *reporter, SourceRef where, const char *message
 
 // Triangles without area in the rest pose. Those with just two corners at one place, as at the
 // poles of a surface, leave no hole and count only where no triangle has area.
+void report_prototypes(const Reporter *reporter, const Shape *shape, uint32_t n) {
+    enum { MANY = 64 };
+    if (shape->clock && n > MANY) {
+        report_warning(reporter, shape->where, "prototypes",
+                       "the %u instances of %s need %u vertex arrays and trees: what moves their "
+                       "vertices differs between them",
+                       shape->n_instances, shape->label, n);
+    }
+}
+
 void report_degenerate(const Reporter *reporter, const Shape *shape) {
     const Mesh *mesh = shape->mesh;
     uint32_t n_flat = 0, n_poles = 0;

@@ -12,6 +12,9 @@ void report_warning(const Reporter *reporter, SourceRef where, const char *name,
 // Triangles without area in the rest pose of a mesh.
 void report_degenerate(const Reporter *reporter, const Shape *shape);
 
+// Instances with clocks that need many vertex arrays of their own.
+void report_prototypes(const Reporter *reporter, const Shape *shape, uint32_t n);
+
 // What sampling found, for the shape of a form whose keys are stored.
 void report_sampling(const Reporter *reporter, const Form *form);
 

@@ -55,17 +55,30 @@ static uint8_t unseen_by(const Body *body, double seconds) {
     for (int k = 0; k < RAY_KINDS; k++) {
         if (shape->seen[k]) {
             program_run1(shape->seen[k], in, &seen);
-            unseen |= seen != 0 && !isnan(seen) ? 0 : 1 << k;
+            unseen |= program_is_true(seen) ? 0 : 1 << k;
         }
     }
     return unseen;
 }
 
-// Which body it is, where it stands, and the instant of its own time.
-static void look_up(WorldView *view, BodyView *slot, Instant *at) {
+static void keep_registers(WorldView *view, BodyView *slot) {
+    size_t n = body_n_registers(slot->body);
+    if (n > slot->n_registers) {
+        slot->n_registers = 2 * n;
+        slot->registers = ARENA_ARRAY(&view->arena, slot->n_registers, double);
+    }
+    slot->kept = body_keep(slot->body, slot->registers);
+}
+
+// Which body it is, where it stands, and the instant of its own time. is_other: the slot had
+// another body before.
+static void look_up(WorldView *view, BodyView *slot, bool is_other, Instant *at) {
     const Assembly *parts = &view->world->parts;
     uint32_t member;
     const InstanceSet *set = assembly_set(parts, slot->id, &member);
+    if (is_other) {
+        slot->kept = (BodyKept){0};
+    }
     if (set) {
         slot->made = instance_body(set, member);
         slot->own = instance_place(set, member, view->seconds);
@@ -79,13 +92,17 @@ static void look_up(WorldView *view, BodyView *slot, Instant *at) {
     slot->body = slot->id < parts->n_bodies ? &parts->bodies[slot->id]
                                             : &parts->planes[slot->id - assembly_n_solid(parts)];
     slot->place = slot->body->fixed;
+    bool has_clock = slot->body->form && slot->body->form->users;
+    if (is_other && (!slot->place || has_clock)) {
+        keep_registers(view, slot);
+    }
     if (!slot->place) {
-        slot->own = body_place(slot->body, view->seconds);
+        slot->own = body_place(slot->body, &slot->kept, view->seconds);
         slot->place = &slot->own;
     }
     *at = view->at;
-    if (slot->body->form && slot->body->form->users) {
-        double shown = shape_seconds(slot->body->shape, body_loops(slot->body), view->seconds);
+    if (has_clock) {
+        double shown = body_seconds(slot->body, &slot->kept, view->seconds);
         *at = instant_of_seconds(shown, view->world->fps);
     }
 }
@@ -96,9 +113,10 @@ const BodyView *view_body(WorldView *view, uint32_t id) {
         return slot;
     }
     Instant at;
+    bool is_other = slot->stamp == 0 || slot->id != id;
     slot->stamp = view->stamp;
     slot->id = id;
-    look_up(view, slot, &at);
+    look_up(view, slot, is_other, &at);
     slot->key = 0;
     slot->f = 0;
     const Body *body = slot->body;

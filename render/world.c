@@ -108,7 +108,7 @@ static void fix_all(Arena *arena, Body *bodies, uint32_t n) {
     Placement *fixed = ARENA_ARRAY(arena, n_fixed, Placement);
     for (uint32_t i = 0; i < n; i++) {
         if (!bodies[i].moves) {
-            *fixed = body_place(&bodies[i], 0);
+            *fixed = body_place(&bodies[i], NULL, 0);
             bodies[i].fixed = fixed++;
         }
     }
@@ -209,11 +209,10 @@ bool world_bounds_at(const Scene *scene, Instant at, Vec3 *lo, Vec3 *hi) {
         const Body *body = &world->parts.bodies[i];
         if (body->form != form || form->users) { // instances of one form follow each other
             form = body->form;
-            double shown =
-                form->users ? shape_seconds(body->shape, body_loops(body), seconds) : seconds;
+            double shown = form->users ? body_seconds(body, NULL, seconds) : seconds;
             local = mover_bounds(&form->sampler.all, shown);
         }
-        b = bounds_join(b, placed_bounds(body_place(body, seconds), local));
+        b = bounds_join(b, placed_bounds(body_place(body, NULL, seconds), local));
     }
     for (uint32_t i = 0; i < world->parts.n_sets; i++) {
         b = bounds_join(b, set_bounds_at(&world->parts.sets[i], seconds));

@@ -51,7 +51,10 @@ typedef struct {
     Placement own;
     uint32_t key;
     float f;
-    uint8_t unseen; // bit k: not met by rays of RayKind k
+    uint8_t unseen;    // bit k: not met by rays of RayKind k
+    BodyKept kept;     // of the body, where it moves
+    double *registers; // [n_registers]: of the view's arena
+    size_t n_registers;
 } BodyView;
 
 struct WorldView {

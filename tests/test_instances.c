@@ -277,6 +277,31 @@ static void arrays_are_shared(void **state) {
     assert_int_equal(bytes[0], bytes[1]); // one cycle of keys, however many instances
 }
 
+// A parameter that moves vertices: arrays for each of its values, whatever it was worked out from.
+static void equal_values_share(void **state) {
+    (void)state;
+    const char *text = "film { fps = 24 frames = 1..3 } def Thing(k = 0) { surface { res = <4, 4>"
+                       " fn at(u, v) = <u, v, k + 0.3*sin(1turn*(u + %s))> } }"
+                       "for i in 0..99 { %s Thing(floor(rand(i)*5)) { %s"
+                       " translate <2*(i %% 10), 2*floor(i/10), 0>  visible = i != 7 } }";
+    char instanced[1024], flat[1024];
+    snprintf(instanced, sizeof instanced, text, "t", "instance", "speed = 2 offset = 0.3s");
+    snprintf(flat, sizeof flat, text, "(2*t + 0.3)", "", "");
+    Made *made = make(instanced, 1);
+    const Assembly *parts = &made->world->parts;
+    assert_int_equal(parts->n_bodies, 99);
+    assert_int_equal(parts->n_forms, 5);
+    const Form *of[5] = {NULL};
+    for (uint32_t i = 0; i < parts->n_bodies; i++) {
+        const Form *form = parts->bodies[i].form;
+        int k = (int)rint(mover_bounds(&form->sampler.all, 0).lo.z + 0.3);
+        assert_true(k >= 0 && k < 5 && (!of[k] || of[k] == form));
+        of[k] = form;
+    }
+    unmake(made);
+    agree(instanced, flat, vec3(0, 0, -1), vec3(19, 19, 5), 1, 0);
+}
+
 // Frames alone and in a block of others: the same hits, bit for bit.
 static void blocks_do_not_matter(void **state) {
     (void)state;
@@ -320,6 +345,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(seams),
     cmocka_unit_test(the_smallest_set),
     cmocka_unit_test(arrays_are_shared),
+    cmocka_unit_test(equal_values_share),
     cmocka_unit_test(blocks_do_not_matter),
 };
 

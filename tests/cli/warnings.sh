@@ -53,6 +53,10 @@ END
     raises albedo-above-one 'at some instant' <<'END'
 film { frames = 1..48 }  sphere { material = gloss(t*<1, 1, 0.5>) }
 END
+    raises prototypes 'need 65 vertex arrays' <<'END'
+def Flag(k = 1) { surface { res = <2, 2>  fn at(u, v) = <u, v, sin(k*1rad + 1turn*t)> } }
+for i in 0..129 { instance Flag(i % 65) { cycle = 1s  translate <i, 0, 0> } }
+END
     raises unused-let "'loose'" <<<'let loose = 1  sphere {}'
     printf 'v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n' >flat.obj
     raises degenerate 'the transform of sphere@1 leaves it no extent' <<<'sphere { scale <1, 0, 1> }'
