@@ -2,10 +2,12 @@
 // What the functions of the language do with arguments that were checked.
 #include "lang/builtins.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "lang/color.h"
+#include "lang/eval_clip.h"
 #include "lang/eval_sim.h"
 #include "lang/functions.h"
 #include "lang/loader.h"
@@ -382,6 +384,45 @@ static Value run_trapezoid(const BuiltinCall *call) {
     *closure = (Closure){
         .builtin = -1, .is_graph = true, .graph = binary(dag, OP_MAX, height, dag_const(dag, 0))};
     return (Value){.type = VALUE_FUNCTION, .closure = closure};
+}
+
+static bool is_play_time(const BuiltinCall *call, uint32_t i, const char *name) {
+    const Value *value = &call->args[i];
+    if (value->dimension && value->dimension != DIMENSION_TIME) {
+        eval_error(call->ev, call->env, node_of(call, i), NULL, "play: '%s' is a time, this is %s",
+                   name, value_describe(call->ev->arena, value));
+        return false;
+    }
+    return true;
+}
+
+// Where it is known: at least `least`. False: reported.
+static bool is_play_number(const BuiltinCall *call, uint32_t i, const char *name, double least,
+                           const char *bound) {
+    double x;
+    Ref ref = ref1(call, i);
+    if (dag_is_const(dag_of(call), ref, &x) && !(x >= least && isfinite(x))) {
+        eval_error(call->ev, call->env, node_of(call, i), NULL, "play: '%s' is %s, this is %.6g",
+                   name, bound, x);
+        return false;
+    }
+    return true;
+}
+
+static Value run_play(const BuiltinCall *call) {
+    const Value *clip = &call->args[0];
+    if (!value_is(clip, VALUE_VEC) || clip->n != 2) {
+        return eval_error(
+            call->ev, call->env, node_of(call, 0), "it names a clip of the def: clip walk = 0s..1s",
+            "play: 'clip' is a clip, this is %s", value_describe(call->ev->arena, clip));
+    }
+    if (!is_play_time(call, 1, "at") || !is_play_time(call, 2, "fade") ||
+        !is_play_number(call, 2, "fade", 0, "at least 0") ||
+        !is_play_number(call, 3, "speed", DBL_MIN, "more than 0") ||
+        !is_play_number(call, 5, "parts", 0, "at least 0")) {
+        return value_poison();
+    }
+    return clip_play(call->ev, clip, call->args + 1);
 }
 
 static bool is_true(const BuiltinCall *call, uint32_t i) {

@@ -25,8 +25,9 @@ static void print_motion(void *context, const ShapeMotion *motion) {
                        : moves                          ? "as a body"
                                                         : "still";
     char label[64];
-    snprintf(label, sizeof label, motion->shape->n_instances > 1 ? "%s (%u times)" : "%s",
-             motion->shape->label, motion->shape->n_instances);
+    const char *fading = motion->shape->fade ? ", fading" : "";
+    snprintf(label, sizeof label, motion->shape->n_instances > 1 ? "%s%s (%u times)" : "%s%s",
+             motion->shape->label, fading, motion->shape->n_instances);
     printf("%-28s %-10s %12.3g %9u %10.2g %12zu\n", label, kind, motion->pixels_per_frame,
            motion->n_keys, motion->error_pixels, motion->bytes);
     if (deforms && motion->n_prototypes > 1) {

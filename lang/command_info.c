@@ -21,7 +21,7 @@ static Counts count(const Scene *scene) {
     Counts counts = {0};
     for (uint32_t i = 0; i < scene->n_shapes; i++) {
         const Shape *shape = &scene->shapes[i];
-        counts.n_objects += shape->n_instances;
+        counts.n_objects += shape_n_objects(shape);
         counts.n_triangles += shape->mesh ? shape->mesh->n_triangles : 0;
         counts.n_vertices += shape->mesh ? shape->mesh->n_vertices : 0;
         counts.n_spheres += shape->kind == SHAPE_SPHERE ? shape->n_instances : 0;

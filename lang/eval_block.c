@@ -367,13 +367,16 @@ static void emit_assert(Eval *ev, const Env *env, const Node *node) {
                message ? message : "");
 }
 
-static void emit_unsupported(Eval *ev, const Env *env, NodeId statement) {
+static void emit_misplaced(Eval *ev, const Env *env, NodeId statement) {
     const Node *node = syntax_node(env->module->syntax, statement);
     Span where = {node->lo, node->lo + 1};
     switch (node->kind) {
     case NODE_CLIP:
-        eval_error_at(ev, syntax_word_span(env->module->syntax, node->lo), NULL,
-                      "not supported yet: clip");
+        if (!(env->module->flags[statement] & MODULE_USED)) { // else it is one of a def's own
+            eval_error_at(
+                ev, syntax_word_span(env->module->syntax, node->lo), NULL,
+                "a clip is a span of a def's time: it stands in a def, in no other block");
+        }
         break;
     case NODE_RATE:
         eval_error_at(ev, syntax_name_span(env->module->syntax, statement), NULL,
@@ -429,7 +432,7 @@ void eval_emit_statement(Eval *ev, const Env *env, const Place *place, NodeId st
     case NODE_WHEN:
     case NODE_CLIP:
     case NODE_RATE:
-        emit_unsupported(ev, env, statement);
+        emit_misplaced(ev, env, statement);
         break;
     default:
         break;

@@ -2,18 +2,46 @@
 // Clocks of instances. Within an instance IN_T is its own clock, and what is written there knows
 // no other; what comes in from outside, and what goes out to the renderer, is put in terms of the
 // film's clock, IN_FILM_T. Only what moves vertices stays as it is: instances share that.
-#include "lang/object.h"
+#include "lang/eval_clip.h"
 
 #include <string.h>
+
+#include "lang/functions.h"
 
 typedef struct {
     Eval *ev;
     Ref clock;
+    const Clips *clips; // NULL: none
 } Clock;
 
+static Ref at(const Clock *clock, Ref ref, Ref when) {
+    return dag_substitute(clock->ev->dag, ref, IN_T, when);
+}
+
+static bool is_blended(const Clock *clock, Ref ref) {
+    return clock->clips && (dag_inputs(clock->ev->dag, ref) >> IN_T & 1);
+}
+
+// A number; where clips fade, on the line between its two values.
 static Ref change(void *context, Ref ref) {
     const Clock *clock = context;
-    return dag_substitute(clock->ev->dag, ref, IN_T, clock->clock);
+    Ref now = at(clock, ref, clock->clock);
+    if (!is_blended(clock, ref)) {
+        return now;
+    }
+    return functions_mix(clock->ev->dag, at(clock, ref, clock->clips->before), now,
+                         clock->clips->weight);
+}
+
+// A truth value: the one that has the greater part.
+static Ref change_truth(const Clock *clock, Ref ref) {
+    Dag *dag = clock->ev->dag;
+    Ref now = at(clock, ref, clock->clock);
+    if (!is_blended(clock, ref)) {
+        return now;
+    }
+    Ref is_before = dag_op(dag, OP_LT, clock->clips->weight, dag_const(dag, 0.5), REF_NONE);
+    return dag_op(dag, OP_SELECT, is_before, at(clock, ref, clock->clips->before), now);
 }
 
 static Value at_clock(Clock *clock, const Value *value);
@@ -31,9 +59,51 @@ static const List *list_at_clock(Clock *clock, const List *list) {
         Value *each = ARENA_NEW(arena, Value);
         *each = at_clock(clock, list->each);
         copy->each = each;
-        copy->alive = change(clock, list->alive);
+        copy->alive = change_truth(clock, list->alive);
     }
     return copy;
+}
+
+static Value numbers_at(const Clock *clock, const Value *value, Ref when) {
+    Ref refs[12];
+    for (uint32_t i = 0; i < value->n; i++) {
+        refs[i] = at(clock, value_refs(value)[i], when);
+    }
+    Value changed = value_like(clock->ev->arena, value, refs);
+    changed.dimension = value->dimension;
+    return changed;
+}
+
+static RefQuat quat_of(const Value *value) {
+    return (RefQuat){value->ref[0], value->ref[1], value->ref[2], value->ref[3]};
+}
+
+static Value blend_rotations(const Clock *clock, const Value *before, const Value *now) {
+    RefQuat q = spatial_slerp(clock->ev->dag, quat_of(before), quat_of(now), clock->clips->weight);
+    Value value = *now;
+    memcpy(value.ref, (Ref[4]){q.x, q.y, q.z, q.w}, sizeof value.ref);
+    return value;
+}
+
+static Ref3 mix3(const Clock *clock, Ref3 a, Ref3 b) {
+    Dag *dag = clock->ev->dag;
+    Ref w = clock->clips->weight;
+    return ref3(functions_mix(dag, a.x, b.x, w), functions_mix(dag, a.y, b.y, w),
+                functions_mix(dag, a.z, b.z, w));
+}
+
+// Turned the shorter way, moved and scaled along the line.
+static Value blend_transforms(const Clock *clock, const Value *before, const Value *now) {
+    Dag *dag = clock->ev->dag;
+    RefParts a = spatial_map_split(dag, before->map), b = spatial_map_split(dag, now->map);
+    RefParts parts = {mix3(clock, a.translation, b.translation),
+                      spatial_slerp(dag, a.rotation, b.rotation, clock->clips->weight),
+                      mix3(clock, a.scale, b.scale)};
+    RefMap *map = ARENA_NEW(clock->ev->arena, RefMap);
+    *map = spatial_map_join(dag, &parts);
+    Value value = *now;
+    value.map = map;
+    return value;
 }
 
 static Value at_clock(Clock *clock, const Value *value) {
@@ -46,13 +116,24 @@ static Value at_clock(Clock *clock, const Value *value) {
         changed.material = material_change(arena, value->material, change, clock);
     } else if (value_is(value, VALUE_LIST)) {
         changed.list = list_at_clock(clock, value->list);
+    } else if (value_is(value, VALUE_BOOL)) {
+        changed.ref[0] = change_truth(clock, value->ref[0]);
     } else if (value_is_numeric(value)) {
-        Ref refs[12];
-        for (uint32_t i = 0; i < value->n; i++) {
-            refs[i] = change(clock, value_refs(value)[i]);
+        Value now = numbers_at(clock, value, clock->clock);
+        changed = now;
+        if (clock->clips && value_is(value, VALUE_ROTATION)) {
+            Value before = numbers_at(clock, value, clock->clips->before);
+            changed = blend_rotations(clock, &before, &now);
+        } else if (clock->clips && value_is(value, VALUE_TRANSFORM)) {
+            Value before = numbers_at(clock, value, clock->clips->before);
+            changed = blend_transforms(clock, &before, &now);
+        } else if (clock->clips) {
+            Ref refs[4];
+            for (uint32_t i = 0; i < value->n; i++) {
+                refs[i] = change(clock, value->ref[i]);
+            }
+            memcpy(changed.ref, refs, value->n * sizeof *refs);
         }
-        changed = value_like(arena, value, refs);
-        changed.dimension = value->dimension;
     }
     return changed;
 }
@@ -73,7 +154,7 @@ static Ref place_clock(Eval *ev, const Place *place) {
 }
 
 Place place_at_clock(Eval *ev, const Place *place) {
-    Clock clock = {ev, place_clock(ev, place)};
+    Clock clock = {ev, place_clock(ev, place), place->clips};
     Place changed = *place;
     for (int k = 0; !place->is_identity && k < 12; k++) {
         changed.map.m[k / 4][k % 4] = change(&clock, place->map.m[k / 4][k % 4]);
@@ -89,7 +170,7 @@ Place place_at_clock(Eval *ev, const Place *place) {
                           : spatial_map_compose(ev->dag, &place->outer, &changed.map);
         changed.is_identity = false;
     }
-    changed.visible = change(&clock, place->visible);
+    changed.visible = change_truth(&clock, place->visible);
     changed.material = given_at_clock(&clock, place->material);
     for (int k = 0; k < RAY_KINDS; k++) {
         changed.seen[k] = given_at_clock(&clock, place->seen[k]);
@@ -98,7 +179,7 @@ Place place_at_clock(Eval *ev, const Place *place) {
 }
 
 Object object_at_clock(Eval *ev, const Place *place, const Object *object) {
-    Clock clock = {ev, place_clock(ev, place)};
+    Clock clock = {ev, place_clock(ev, place), place->clips};
     Object changed = *object;
     changed.given = ARENA_ARRAY(ev->arena, object->n_given, Given);
     for (uint32_t i = 0; i < object->n_given; i++) {
@@ -107,15 +188,30 @@ Object object_at_clock(Eval *ev, const Place *place, const Object *object) {
     return changed;
 }
 
+Value value_at_clips(Eval *ev, const Place *place, const Value *value) {
+    Clock clock = {ev, place->clock, place->clips};
+    return at_clock(&clock, value);
+}
+
 // ---- Entering an instance
 
 static const PropertyId clock_properties[] = {PROPERTY_INSTANCE_SPEED, PROPERTY_INSTANCE_OFFSET,
-                                              PROPERTY_INSTANCE_CYCLE, PROPERTY_INSTANCE_CLOCK};
+                                              PROPERTY_INSTANCE_CYCLE, PROPERTY_INSTANCE_CLOCK,
+                                              PROPERTY_INSTANCE_CLIPS};
+enum { N_CLOCKS = sizeof clock_properties / sizeof clock_properties[0] };
+
+static bool refuse_both(Eval *ev, const Given *one, const Given *other, const char *hint) {
+    eval_error_at(ev, other->name, hint, "an instance has '%s' or '%s', not both",
+                  property_infos[other->id].name, property_infos[one->id].name);
+    diag_note(ev->diag, one->name, "'%s' is here", property_infos[one->id].name);
+    return false;
+}
 
 // A copy goes by the clock of its place; an instance has one clock, not two.
 static bool check_clock(Eval *ev, const Object *copy, bool is_instance) {
     const Given *clock = object_given(copy, PROPERTY_INSTANCE_CLOCK);
-    for (int k = 0; k < 4; k++) {
+    const Given *clips = object_given(copy, PROPERTY_INSTANCE_CLIPS);
+    for (int k = 0; k < N_CLOCKS; k++) {
         const Given *given = object_given(copy, clock_properties[k]);
         if (given && !is_instance) {
             eval_error_at(ev, given->name,
@@ -124,13 +220,12 @@ static bool check_clock(Eval *ev, const Object *copy, bool is_instance) {
                           property_infos[given->id].name);
             return false;
         }
-        bool is_second = clock && given && (k == 0 || k == 1);
-        if (is_second) {
-            eval_error_at(ev, given->name, "clock = t is that of the place",
-                          "an instance has '%s' or 'clock', not both",
-                          property_infos[given->id].name);
-            diag_note(ev->diag, clock->name, "'clock' is here");
-            return false;
+        if (given && clips && given != clips) {
+            return refuse_both(ev, clips, given,
+                               "when and how fast they play: play(walk, at = 1s, speed = 2)");
+        }
+        if (given && clock && (k == 0 || k == 1)) {
+            return refuse_both(ev, clock, given, "clock = t is that of the place");
         }
     }
     return true;
@@ -142,6 +237,47 @@ static Ref given_scalar(Eval *ev, const Object *copy, PropertyId id, double othe
     return is_scalar ? given->value.ref[0] : dag_const(ev->dag, otherwise);
 }
 
+// By speed, offset and cycle or by `clock`, in the time of the parent.
+static void set_line(Eval *ev, Place *place, const Object *copy) {
+    Dag *dag = ev->dag;
+    const Given *given = object_given(copy, PROPERTY_INSTANCE_CLOCK);
+    place->unwound =
+        given ? given_scalar(ev, copy, PROPERTY_INSTANCE_CLOCK, 0)
+              : dag_op(dag, OP_ADD,
+                       dag_op(dag, OP_MUL, given_scalar(ev, copy, PROPERTY_INSTANCE_SPEED, 1),
+                              dag_input(dag, IN_T), REF_NONE),
+                       given_scalar(ev, copy, PROPERTY_INSTANCE_OFFSET, 0), REF_NONE);
+    place->cycle = REF_NONE;
+    place->clock = place->unwound;
+    if (object_given(copy, PROPERTY_INSTANCE_CYCLE)) {
+        place->cycle = given_scalar(ev, copy, PROPERTY_INSTANCE_CYCLE, 1);
+        place->clock = dag_op(dag, OP_MOD, place->unwound, place->cycle, REF_NONE);
+    }
+}
+
+// What the place's new clock is by the parent's, by the film's.
+static void clock_at_film(Clock *outer, Place *place) {
+    Arena *arena = outer->ev->arena;
+    place->clock = change(outer, place->clock);
+    if (!place->clips) {
+        place->unwound = change(outer, place->unwound);
+        place->cycle = place->cycle == REF_NONE ? REF_NONE : change(outer, place->cycle);
+        return;
+    }
+    Clips *clips = ARENA_NEW(arena, Clips);
+    *clips = *place->clips;
+    clips->before = change(outer, clips->before);
+    clips->weight = change(outer, clips->weight);
+    clips->is_fading = change(outer, clips->is_fading);
+    clips->fades = ARENA_ARRAY(arena, clips->n, ClipFade);
+    for (uint32_t k = 0; k < clips->n; k++) {
+        clips->fades[k] = place->clips->fades[k];
+        clips->fades[k].clock = change(outer, clips->fades[k].clock);
+        clips->fades[k].is_on = change(outer, clips->fades[k].is_on);
+    }
+    place->clips = clips;
+}
+
 bool place_enter_instance(Eval *ev, Place *place, const Object *copy, bool is_instance) {
     if (!check_clock(ev, copy, is_instance)) {
         return false;
@@ -149,22 +285,21 @@ bool place_enter_instance(Eval *ev, Place *place, const Object *copy, bool is_in
     if (!is_instance) {
         return true;
     }
-    Dag *dag = ev->dag;
-    const Given *given = object_given(copy, PROPERTY_INSTANCE_CLOCK);
-    Ref own = given ? given_scalar(ev, copy, PROPERTY_INSTANCE_CLOCK, 0)
-                    : dag_op(dag, OP_ADD,
-                             dag_op(dag, OP_MUL, given_scalar(ev, copy, PROPERTY_INSTANCE_SPEED, 1),
-                                    dag_input(dag, IN_T), REF_NONE),
-                             given_scalar(ev, copy, PROPERTY_INSTANCE_OFFSET, 0), REF_NONE);
-    Clock outer = {ev, place_clock(ev, place)};
-    Ref unwound = change(&outer, own), cycle = REF_NONE;
-    own = unwound;
-    if (object_given(copy, PROPERTY_INSTANCE_CYCLE)) {
-        cycle = change(&outer, given_scalar(ev, copy, PROPERTY_INSTANCE_CYCLE, 1));
-        own = dag_op(dag, OP_MOD, unwound, cycle, REF_NONE);
+    const Given *clips = object_given(copy, PROPERTY_INSTANCE_CLIPS);
+    Clock outer = {ev, place_clock(ev, place), NULL};
+    Place inside = *place;
+    set_line(ev, &inside, copy);
+    if (!clips && inside.clock == dag_input(ev->dag, IN_T)) {
+        return true; // as that of the place
     }
-    if (own == outer.clock && place->clock == REF_NONE) {
-        return true; // as the film's
+    if (place->clips) {
+        eval_error_at(ev, copy->where, "give the inner one no clock: it goes by the clips",
+                      "not supported yet: an instance with a clock of its own in a def that plays "
+                      "clips");
+        return false;
+    }
+    if (clips && !place_play_clips(ev, &inside, clips)) {
+        return false;
     }
     *place = place_at_clock(ev, place);
     for (uint32_t i = 0; i < copy->arguments->n; i++) {
@@ -173,9 +308,11 @@ bool place_enter_instance(Eval *ev, Place *place, const Object *copy, bool is_in
             argument->value = at_clock(&outer, &argument->value);
         }
     }
-    place->clock = own;
-    place->unwound = unwound;
-    place->cycle = cycle;
+    clock_at_film(&outer, &inside);
+    place->clock = inside.clock;
+    place->clips = inside.clips;
+    place->unwound = inside.unwound;
+    place->cycle = inside.cycle;
     place->inner = NULL;
     place->outer = place->map;
     place->outer_is_identity = place->is_identity;

@@ -52,8 +52,11 @@ Place place_within(Eval *ev, const Place *place, const Object *object) {
     bool is_surface = object->kind == OBJECT_SURFACE, is_mesh = object->kind == OBJECT_MESH;
     const Given *pose = object_given(object, PROPERTY_OBJECT_POSE);
     RefMap map;
-    if (pose && value_as_map(ev->dag, &pose->value, &map)) {
-        join_map(ev, &within, &map);
+    if (pose) {
+        Value value = ev->playing ? value_at_clips(ev, ev->playing, &pose->value) : pose->value;
+        if (value_as_map(ev->dag, &value, &map)) {
+            join_map(ev, &within, &map);
+        }
     }
     if (!object->is_identity) {
         join_map(ev, &within, &object->map);
@@ -356,6 +359,17 @@ static void eval_kind(Eval *ev, const Env *env, const Place *place, NodeId state
 
 // ---- Copies of defs
 
+// Clips stand in a def's own block, in none of those within it.
+static void mark_clips(const Module *module, NodeId block) {
+    const Node *node = syntax_node(module->syntax, block);
+    for (uint32_t i = 0; i < node->b; i++) {
+        NodeId statement = module->syntax->extra[node->a + i];
+        if (syntax_node(module->syntax, statement)->kind == NODE_CLIP) {
+            module->flags[statement] |= MODULE_USED;
+        }
+    }
+}
+
 static void emit_def(Eval *ev, const Place *place, Object *copy, const Binding *def, NodeId block) {
     Object body = {
         .kind = OBJECT_GROUP, .name = copy->name, .where = copy->where, .is_identity = true};
@@ -363,6 +377,7 @@ static void emit_def(Eval *ev, const Place *place, Object *copy, const Binding *
     object_begin(ev, &body);
     eval_declare(ev, &body.env, block);
     eval_gather(ev, &body.env, &body, block);
+    mark_clips(def->module, block);
     Place within = place_within(ev, place, &body);
     eval_emit(ev, &body.env, &within, block, true, body.name);
     object_end(ev, &body);
@@ -396,8 +411,6 @@ static bool enter_def(Eval *ev, Span where) {
 // The copy's own block is evaluated: its arguments, then the def's block.
 static void finish_copy(Eval *ev, const Env *env, const Place *place, NodeId statement,
                         Object *copy, const Binding *def, const Parts *parts) {
-    const uint32_t *extra =
-        def->module->syntax->extra + syntax_node(def->module->syntax, def->node)->b;
     if (!eval_bind(ev, env, statement, parts->args, def->module, def->node, copy->arguments)) {
         return;
     }
@@ -415,7 +428,10 @@ static void finish_copy(Eval *ev, const Env *env, const Place *place, NodeId sta
     }
     if (enter_def(ev, copy->where)) {
         unsigned n_errors = diag_n_errors(ev->diag);
-        emit_def(ev, &within, copy, def, extra[1]);
+        const Place *playing = ev->playing;
+        ev->playing = within.clips ? &within : NULL;
+        emit_def(ev, &within, copy, def, copy->def_block);
+        ev->playing = playing;
         ev->calls--;
         eval_note_call(ev, n_errors, copy->where, def->module, def->node);
     }
@@ -430,7 +446,8 @@ static void eval_copy(Eval *ev, const Env *env, const Place *place, NodeId state
                    .name = symbol_text(ev->symbols, def.name),
                    .is_identity = true,
                    .def_env = &def_env,
-                   .def_params = def.module->syntax->extra[node->b]};
+                   .def_params = def.module->syntax->extra[node->b],
+                   .def_block = def.module->syntax->extra[node->b + 1]};
     copy.where = syntax_name_span(env->module->syntax, statement);
     copy.env = (Env){env->module, scope_new(ev->arena, env->scope)};
     copy.arguments = scope_new(ev->arena, at);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "lang/builtins.h"
+#include "lang/eval_clip.h"
 
 enum {
     MOTION_INPUTS = 1u << IN_T | 1u << IN_FILM_T | 15u << IN_LOOP0,
@@ -482,8 +483,12 @@ void eval_property(Eval *ev, const Env *env, Object *object, NodeId statement) {
         return;
     }
     bool is_fn = s->kind == NODE_FN;
+    if (id == PROPERTY_INSTANCE_CLIPS) {
+        given.env = clip_names(ev, env, object);
+    }
     given.node = is_fn ? statement : s->b;
-    given.value = is_fn ? function_value(ev, env, statement) : read_value(ev, env, s->b, info);
+    given.value =
+        is_fn ? function_value(ev, env, statement) : read_value(ev, &given.env, s->b, info);
     if (!value_is_poison(&given.value) && !check_value(ev, env, given.node, info, &given.value)) {
         given.value = value_poison();
     }

@@ -200,6 +200,9 @@ void eval_transform(Eval *ev, const Env *env, Object *object, NodeId statement) 
         if (value_is_poison(&s.values[i])) {
             return;
         }
+        if (ev->playing) {
+            s.values[i] = value_at_clips(ev, ev->playing, &s.values[i]);
+        }
     }
     RefMap map;
     if (!make_map(&s, &map) || !check_map(&s, statement, &map)) {

@@ -25,13 +25,17 @@ void lowering_rewind(Lowering *l, LoweringMark mark) {
 
 uint32_t lowering_n_objects(Lowering *l, uint32_t shape) {
     for (; l->n_counted < shape; l->n_counted++) {
-        l->n_objects += l->shapes[l->n_counted].n_instances;
+        l->n_objects += shape_n_objects(&l->shapes[l->n_counted]);
     }
     return l->n_objects;
 }
 
 LoweredOrder lowering_order(Lowering *l, uint32_t index) {
     Shape *shape = &l->shapes[index];
+    if (shape->is_other_form) {
+        shape->objects = shape[-1].objects;
+        return (LoweredOrder){NULL, 0};
+    }
     uint32_t *object = ARENA_ARRAY(l->arena, shape->n_instances, uint32_t);
     shape->objects = object;
     return (LoweredOrder){object, shape->n_instances};

@@ -22,7 +22,7 @@ void lowering_rewind(Lowering *lowering, LoweringMark mark);
 // How many objects the shapes before this one are; none of them may be forgotten any more.
 uint32_t lowering_n_objects(Lowering *lowering, uint32_t shape);
 
-// Room for saying which objects a shape's instances are.
+// Room for saying which objects a shape's instances are; n 0: those of the shape before.
 typedef struct {
     uint32_t *object; // [n]
     uint32_t n;

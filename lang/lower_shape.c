@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "lang/eval_clip.h"
+
 bool lower_nothing_seen(Eval *ev, const Object *object) {
     diag_warn(ev->diag, WARN_DEGENERATE, object->where, NULL,
               "%s has no surface: nothing of it is seen", object->name);
@@ -271,9 +273,17 @@ static bool shape_map(Eval *ev, const Place *place, const Form *form, RefMap *ma
     return true;
 }
 
-// Everything that moves the shape, for its breaks.
-static const Program *shape_breaks(Eval *ev, const Form *form, const RefMap *map) {
-    Ref refs[12 + 4 + 3 + 1];
+// What the vertices of a mesh move by, where it is not the film's clock.
+typedef struct {
+    Ref clock;        // what they have for t; REF_NONE: the film's
+    const Ref *times; // of a fade (ClipFade): then t is the time since it began; NULL: no fade
+    Ref is_there;     // besides what the place says; REF_NONE: always
+} Pace;
+
+// Everything that moves the shape, for its breaks. Within a fade vertices are at two moments.
+static const Program *shape_breaks(Eval *ev, const Form *form, const RefMap *map,
+                                   const Pace *pace) {
+    Ref refs[12 + 4 + 3 + 1 + 4 + 3];
     uint32_t n = 0;
     if (map) {
         memcpy(refs, map->m, sizeof map->m);
@@ -281,6 +291,7 @@ static const Program *shape_breaks(Eval *ev, const Form *form, const RefMap *map
     }
     memcpy(refs + n, form->geometry, form->n_geometry * sizeof *refs);
     n += form->n_geometry;
+    uint32_t first = n;
     if (form->vertex[0] != REF_NONE) {
         memcpy(refs + n, form->vertex, sizeof form->vertex);
         n += 3;
@@ -288,27 +299,34 @@ static const Program *shape_breaks(Eval *ev, const Form *form, const RefMap *map
     if (form->track) {
         refs[n++] = form->track_key;
     }
+    if (pace->times) {
+        for (uint32_t k = first, end = n; k < end; k++) {
+            Ref ref = refs[k];
+            refs[k] = dag_substitute(ev->dag, ref, IN_T, pace->times[0]);
+            refs[n++] = dag_substitute(ev->dag, ref, IN_T, pace->times[1]);
+        }
+        memcpy(refs + n, pace->times, 3 * sizeof *refs);
+        n += 3;
+    }
     return lower_breaks(ev, refs, n);
 }
 
-// What the vertices of a mesh move by, where it is not the film's clock. False: reported.
-static bool shape_clock(Eval *ev, const Object *object, const Place *place, const Form *form,
-                        const Program **clock) {
+// Whether a mesh moves by the clock of the instance around it. False in *is_right: reported.
+static bool moves_by_clock(Eval *ev, const Object *object, const Place *place, const Form *form,
+                           bool *is_right) {
     uint32_t inputs = form->track ? 1u << IN_T : 0;
     for (int k = 0; k < 3 && form->vertex[0] != REF_NONE; k++) {
         inputs |= dag_inputs(ev->dag, form->vertex[k]);
     }
-    bool is_own = place->clock != REF_NONE && (inputs >> IN_T & 1);
-    if (place->clock != REF_NONE && (inputs >> IN_FILM_T & 1)) {
+    *is_right = place->clock == REF_NONE || !(inputs >> IN_FILM_T & 1);
+    if (!*is_right) {
         eval_error_at(ev, object->where,
                       "t is the instance's own clock; what is to differ can be a transform, a "
                       "material, or a parameter of the def",
                       "the vertices of this %s, which instances share, move by T, the film's clock",
                       object->name);
-        return false;
     }
-    *clock = is_own ? lower_program(ev, &place->clock, 1) : NULL;
-    return true;
+    return place->clock != REF_NONE && (inputs >> IN_T & 1);
 }
 
 enum { TIMES = 1u << IN_T | 1u << IN_FILM_T };
@@ -340,8 +358,8 @@ static void part_shape(Eval *ev, const Place *place, const Form *form, Shape *sh
     const uint32_t others = ~(1u << IN_T);
     uint32_t own = form->is_mapped ? map_inputs(ev, &form->own) : 0;
     uint32_t outer = place->outer_is_identity ? 0 : map_inputs(ev, &place->outer);
-    if (place->clock == REF_NONE || (outer & TIMES) || (map_inputs(ev, place->inner) & others) ||
-        own || !clock_pace(ev, place, pace)) {
+    if (place->clock == REF_NONE || place->clips || (outer & TIMES) ||
+        (map_inputs(ev, place->inner) & others) || own || !clock_pace(ev, place, pace)) {
         return;
     }
     RefMap inner = place->inner ? *place->inner : form->own;
@@ -369,13 +387,13 @@ static const Program *seen_by(Eval *ev, const Given *given) {
     return is_always ? NULL : lower_program(ev, given->value.ref, 1);
 }
 
-static void emit_shape(Eval *ev, const Object *object, const Place *place, const char *label,
-                       const Form *form) {
+static void emit_at_pace(Eval *ev, const Object *object, const Place *place, const char *label,
+                         const Form *form, const Pace *pace) {
     RefMap map;
-    const Program *clock;
-    bool is_moved = shape_map(ev, place, form, &map);
-    if (!shape_clock(ev, object, place, form, &clock)) {
-        return;
+    bool is_moved = shape_map(ev, place, form, &map), has_clock = pace->clock != REF_NONE;
+    Place here = *place;
+    if (pace->is_there != REF_NONE) {
+        here.visible = dag_op(ev->dag, OP_AND, place->visible, pace->is_there, REF_NONE);
     }
     Shape *shape = lower_new_shape(ev);
     shape->kind = form->kind;
@@ -388,20 +406,46 @@ static void emit_shape(Eval *ev, const Object *object, const Place *place, const
     shape->vertex = form->vertex[0] == REF_NONE ? NULL : lower_program(ev, form->vertex, 3);
     shape->geometry = form->n_geometry ? lower_program(ev, form->geometry, form->n_geometry) : NULL;
     shape->transform = is_moved ? lower_program(ev, &map.m[0][0], 12) : NULL;
-    shape->visible = lower_visible(ev, place);
+    shape->visible = lower_visible(ev, &here);
     for (int k = 0; k < RAY_KINDS; k++) {
         shape->seen[k] = seen_by(ev, place->seen[k]);
     }
     shape->is_catcher = inherited(ev, place->catcher, PROPERTY_OBJECT_CATCHER) != 0;
-    shape->clock = clock;
+    shape->clock = has_clock ? lower_program(ev, &pace->clock, 1) : NULL;
+    shape->is_other_form = pace->times != NULL;
+    shape->fade = pace->times ? lower_program(ev, pace->times, 3) : NULL;
     part_shape(ev, place, form, shape);
-    shape->breaks = shape_breaks(ev, form, is_moved && !clock ? &map : NULL);
+    shape->breaks = shape_breaks(ev, form, is_moved && !has_clock ? &map : NULL, pace);
     shape->tolerance = inherited(ev, place->tolerance, PROPERTY_INHERITED_TOLERANCE);
     shape->smooth = shape_smooth(ev, place, form);
     shape->samples = (uint32_t)inherited(ev, place->samples, PROPERTY_INHERITED_SAMPLES);
     shape->bake = inherited(ev, place->bake, PROPERTY_OBJECT_BAKE) != 0;
     shape->material = shape_material(ev, object, place, form);
     lower_loops(ev, shape);
+}
+
+// Where clips play, vertices that move are of one form while a clip plays alone, and of another in
+// each fade.
+static void emit_shape(Eval *ev, const Object *object, const Place *place, const char *label,
+                       const Form *form) {
+    bool is_right, is_own = moves_by_clock(ev, object, place, form, &is_right);
+    const Clips *clips = is_own ? place->clips : NULL;
+    Pace pace = {is_own ? place->clock : REF_NONE, NULL, REF_NONE};
+    if (!is_right) {
+        return;
+    }
+    if (clips && clips->n > 0) {
+        pace.is_there = dag_op(ev->dag, OP_NOT, clips->is_fading, REF_NONE, REF_NONE);
+    }
+    emit_at_pace(ev, object, place, label, form, &pace);
+    for (uint32_t k = 0; clips && k < clips->n; k++) {
+        const ClipFade *fade = &clips->fades[k];
+        double on;
+        if (!dag_is_const(ev->dag, fade->is_on, &on) || on != 0) {
+            pace = (Pace){fade->clock, fade->times, fade->is_on};
+            emit_at_pace(ev, object, place, label, form, &pace);
+        }
+    }
 }
 
 void lower_shape(Eval *ev, const Object *object, const Place *place, const char *label) {

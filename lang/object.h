@@ -17,7 +17,7 @@ typedef struct Given {
 
 // Where things are put: what the blocks around them say. The innermost block that gives a property
 // wins; transforms are joined.
-typedef struct {
+typedef struct Place {
     bool is_identity;                                            // map is not set
     RefMap map;                                                  // to the world
     Ref visible;                                                 // of all blocks together
@@ -36,6 +36,7 @@ typedef struct {
     // IN_FILM_T where outside. The map is that within; `outer` leads from the instance to the
     // world.
     Ref clock;
+    const struct Clips *clips; // lang/eval_clip.h; NULL: none; else the map has no IN_T in it
     Ref unwound, cycle; // the clock before it starts again, and after how long; REF_NONE: never
     bool outer_is_identity;
     RefMap outer;
@@ -52,7 +53,7 @@ typedef struct {
     Env env;
     Scope *arguments;   // of a copy: where its def's parameters go; else NULL
     const Env *def_env; // of a copy: the def's place and parameters
-    NodeId def_params;
+    NodeId def_params, def_block;
     bool is_identity;
     RefMap map; // all transforms of the block, the first written acts first
     uint32_t n_given;
@@ -100,6 +101,9 @@ Place place_at_clock(Eval *ev, const Place *place);
 Object object_at_clock(Eval *ev, const Place *place, const Object *object);
 // From the block of a copy, whose place this is, into its def. False: reported.
 bool place_enter_instance(Eval *ev, Place *place, const Object *copy, bool is_instance);
+
+// A value as it is by the film's clock where clips play.
+Value value_at_clips(Eval *ev, const Place *place, const Value *value);
 
 // ---- lang/eval_block.c
 

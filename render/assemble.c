@@ -175,7 +175,7 @@ static size_t hash_pointer(const void *p, double smooth) {
 
 static bool is_same_form(const Work *w, const Shape *a, const Shape *b) {
     bool is_alike = a->mesh == b->mesh && a->smooth == b->smooth && a->vertex == b->vertex &&
-                    a->track == b->track;
+                    a->fade == b->fade && a->track == b->track;
     return is_alike && (!deforms(a) || (a->clock && b->clock && a->samples == b->samples &&
                                         tolerance_of(w, a) == tolerance_of(w, b)));
 }
@@ -277,7 +277,8 @@ static Form *instance_form(Work *w, const FormUser *user) {
                    ? ball_form(w, shape)
                    : sphere_form(w, user, sphere_part(shape, first), false);
     }
-    bool is_shared = !deforms(shape) || (shape->clock && !program_reads_loops(shape->vertex));
+    bool is_own = program_reads_loops(shape->vertex) || program_reads_loops(shape->fade);
+    bool is_shared = !deforms(shape) || (shape->clock && !is_own);
     return is_shared ? shared_form(w, user) : mesh_form(w, user);
 }
 
@@ -531,9 +532,11 @@ Assembly assemble(Arena *arena, const Scene *scene, const RenderOptions *options
         n_bodies += becomes_set(&w, shape) ? 0 : shape->n_instances;
     }
     out.bodies = ARENA_ARRAY(arena, n_bodies, Body);
-    for (uint32_t i = 0; i < scene->n_shapes; i++) {
-        add_shape(&w, &scene->shapes[i], out.n_objects);
-        out.n_objects += scene->shapes[i].n_instances;
+    for (uint32_t i = 0, base = 0; i < scene->n_shapes; i++) {
+        const Shape *shape = &scene->shapes[i];
+        base = shape->is_other_form ? base : out.n_objects;
+        add_shape(&w, shape, base);
+        out.n_objects += shape_n_objects(shape);
     }
     add_all_standing(&w);
     add_baked(&w);

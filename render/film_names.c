@@ -64,9 +64,10 @@ static void collect(const Film *film, const FilmIds *all, Arena *arena, FilmName
 }
 
 static void name_objects(const Scene *scene, Arena *arena, const FilmNames *names) {
-    uint32_t base = 0;
+    uint32_t base = 0, n_objects = 0;
     for (uint32_t s = 0; s < scene->n_shapes && names->n > 0; s++) {
         const Shape *shape = &scene->shapes[s];
+        base = shape->is_other_form ? base : n_objects;
         for (uint32_t i = 0; i < shape->n_instances; i++) {
             FilmName *thing = find(names, shape->objects ? shape->objects[i] : base + i);
             if (thing) {
@@ -75,7 +76,7 @@ static void name_objects(const Scene *scene, Arena *arena, const FilmNames *name
                 thing->name = arena_string(arena, name, strlen(name));
             }
         }
-        base += shape->n_instances;
+        n_objects += shape_n_objects(shape);
     }
 }
 

@@ -26,7 +26,7 @@ bool instance_set_suits(const Scene *scene, const Shape *shape) {
     bool deforms = shape->vertex || shape->track;
     bool is_parted = shape->pace || (!program_reads_time(shape->transform) && !deforms);
     return shape->kind == SHAPE_MESH && shape->n_instances >= SET_LEAST && is_parted &&
-           !program_reads_loops(shape->vertex) && !may_glow(scene, shape->material);
+           !program_reads_loops(shape->vertex) && !shape->fade && !may_glow(scene, shape->material);
 }
 
 // ---- Records

@@ -13,7 +13,7 @@ bool program_reads_loops(const Program *program) {
 bool mover_moves(const Mover *mover) {
     for (uint32_t i = 0; i < mover->n_parts; i++) {
         const MoverPart *part = &mover->parts[i];
-        if (program_reads_time(part->points) || program_reads_time(part->transform) ||
+        if (part->fade || program_reads_time(part->points) || program_reads_time(part->transform) ||
             (part->track && part->track->n_keys > 1)) {
             return true;
         }
@@ -120,8 +120,11 @@ static double *counting(Arena *arena, size_t n) {
 MoverPart mover_mesh(Arena *arena, const Shape *shape, uint32_t instance) {
     const Mesh *mesh = shape->mesh;
     size_t n = mesh->n_vertices;
-    MoverPart part = {
-        .n = n, .rest = mesh->position, .track = shape->track, .points = shape->vertex};
+    MoverPart part = {.n = n,
+                      .rest = mesh->position,
+                      .track = shape->track,
+                      .points = shape->vertex,
+                      .fade = shape->fade};
     mover_set_loops(&part.in, shape, instance);
     const float *normal = mesh->normal;
     for (uint32_t input = 0; input < IN_COUNT; input++) {
@@ -190,8 +193,9 @@ static void run_track(const MoverPart *part, double seconds, ProgramInputs *in, 
     track_run(part->track, seconds, part->which, part->n, p);
 }
 
-static void run_part(const MoverPart *part, double seconds, uint32_t width, Arena *scratch,
-                     double *const out[4]) {
+// The points at one time of theirs.
+static void run_points(const MoverPart *part, double seconds, uint32_t width, Arena *scratch,
+                       double *const out[4]) {
     ProgramInputs in = part->in;
     in.at[IN_T] = in.at[IN_FILM_T] = &seconds;
     if (part->track) {
@@ -206,7 +210,42 @@ static void run_part(const MoverPart *part, double seconds, uint32_t width, Aren
             }
         }
     }
+}
+
+static void run_fade(const MoverPart *part, double seconds, uint32_t width, Arena *scratch,
+                     double *const out[4]) {
+    double times[3], *const to[3] = {&times[0], &times[1], &times[2]}, *now[4];
+    ProgramInputs in = part->in;
+    in.at[IN_T] = in.at[IN_FILM_T] = &seconds;
+    in.varying = 0;
+    program_run(part->fade, &in, 1, to);
+    double weight = times[2];
+    if (weight <= 0 || weight >= 1) {
+        run_points(part, times[weight >= 1], width, scratch, out);
+        return;
+    }
+    for (uint32_t c = 0; c < width; c++) {
+        now[c] = ARENA_ARRAY(scratch, part->n, double);
+    }
+    run_points(part, times[0], width, scratch, out);
+    run_points(part, times[1], width, scratch, now);
+    for (uint32_t c = 0; c < width; c++) {
+        for (size_t i = 0; i < part->n; i++) {
+            out[c][i] = (1 - weight) * out[c][i] + weight * now[c][i];
+        }
+    }
+}
+
+static void run_part(const MoverPart *part, double seconds, uint32_t width, Arena *scratch,
+                     double *const out[4]) {
+    if (part->fade) {
+        run_fade(part, seconds, width, scratch, out);
+    } else {
+        run_points(part, seconds, width, scratch, out);
+    }
     if (part->transform) {
+        ProgramInputs in = part->in;
+        in.at[IN_T] = in.at[IN_FILM_T] = &seconds;
         apply_transform(part, &in, width, scratch, out);
     }
 }

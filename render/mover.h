@@ -15,6 +15,7 @@ typedef struct {
     const VertexTrack *track; // the positions that points reads, or goes without
     const uint32_t *which;    // [n]: the vertices of the track; NULL: the first n
     const Program *points;    // 3 outputs, for spheres 4
+    const Program *fade;      // as Shape.fade; NULL: none
     const Program *transform; // 12 outputs, applied to the points; NULL: none
     ProgramInputs in;         // everything but the time
 } MoverPart;

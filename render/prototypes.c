@@ -6,37 +6,38 @@
 
 #include "render/mover.h"
 
+enum { PROGRAMS = 3 };
+
 typedef struct {
     const Shape *shape;
-    uint32_t n_vertex, n_values; // kept by the vertex program; with those of its breaks
-    double *registers;           // of either program
+    const Program *programs[PROGRAMS]; // all that decides where vertices are; NULL: none
+    uint32_t n_values;                 // kept by them
+    double *registers;                 // of any of them
 } Maker;
-
-static void take(const Maker *m, const Program *program, const double in[IN_COUNT], double *out) {
-    if (program) {
-        program_keep(program, in, m->registers);
-        program_kept(program, m->registers, out);
-    }
-}
 
 // All that tells the instance's vertices from another's.
 static void take_values(const Maker *m, uint32_t instance, double *out) {
     double in[IN_COUNT];
     shape_inputs(m->shape, shape_loops(m->shape, instance), 0, in);
-    take(m, m->shape->vertex, in, out);
-    take(m, m->shape->breaks, in, out + m->n_vertex);
+    for (int k = 0; k < PROGRAMS; k++) {
+        if (m->programs[k]) {
+            program_keep(m->programs[k], in, m->registers);
+            out += program_kept(m->programs[k], m->registers, out);
+        }
+    }
 }
 
 static Maker maker_new(Arena *scratch, const Shape *shape) {
-    Maker m = {.shape = shape, .n_vertex = program_kept(shape->vertex, NULL, NULL)};
-    uint32_t n_registers = program_n_instr(shape->vertex);
-    m.n_values = m.n_vertex;
-    if (shape->breaks) {
-        uint32_t n = program_n_instr(shape->breaks);
-        m.n_values += program_kept(shape->breaks, NULL, NULL);
-        n_registers = n > n_registers ? n : n_registers;
+    Maker m = {.shape = shape, .programs = {shape->vertex, shape->fade, shape->breaks}};
+    uint32_t most = 0;
+    for (int k = 0; k < PROGRAMS; k++) {
+        if (m.programs[k]) {
+            uint32_t n = program_n_instr(m.programs[k]);
+            m.n_values += program_kept(m.programs[k], NULL, NULL);
+            most = n > most ? n : most;
+        }
     }
-    m.registers = ARENA_ARRAY(scratch, n_registers, double);
+    m.registers = ARENA_ARRAY(scratch, most, double);
     return m;
 }
 
@@ -94,7 +95,7 @@ static void gather(Arena *arena, Prototypes *p, const uint32_t *which, uint32_t 
 Prototypes prototypes_of(Arena *arena, const Shape *shape, const uint32_t *which, uint32_t n) {
     const Program *points = shape->kind == SHAPE_MESH ? shape->vertex : shape->geometry;
     Prototypes p = {.n = n > 0};
-    if (!program_reads_loops(points)) {
+    if (!program_reads_loops(points) && !program_reads_loops(shape->fade)) {
         return p;
     }
     p.of = ARENA_ARRAY(arena, n, uint32_t);

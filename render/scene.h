@@ -58,6 +58,9 @@ typedef struct {
     const Program *vertex;    // SHAPE_MESH: 3 out, a vertex in the shape's own block; reads u v p n
                               // i besides, p from the track. NULL: the vertices stay at p
     const Program *clock;     // 1 out, seconds: what vertex and track have for t; NULL: IN_T itself
+    const Program *fade;      // 3 out, by what the clock shows and loops: the vertices are those at
+                              // the first of two times of theirs, on the way to those at the
+                              // second as far as the third says, 0 to 1; NULL: they are at t
     const Program *geometry;  // spheres and planes
     const Program *transform; // 12 out, rows of the map to the world; NULL: identity
     // Where the transform is outer times inner, and all clocks of the instances run along lines:
@@ -86,7 +89,13 @@ typedef struct {
     // [n_instances]: which objects of the scene the instances are, counted as they were written;
     // NULL: those behind the ones of the shape before.
     const uint32_t *objects;
+    bool is_other_form; // it is the same objects as the shape before, which are there in turn
 } Shape;
+
+// How many objects it is besides those of the shapes before.
+static inline uint32_t shape_n_objects(const Shape *shape) {
+    return shape->is_other_form ? 0 : shape->n_instances;
+}
 
 // Whether some rays pass through it that others meet.
 static inline bool shape_is_selective(const Shape *shape) {

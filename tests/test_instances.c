@@ -302,6 +302,80 @@ static void equal_values_share(void **state) {
     agree(instanced, flat, vec3(0, 0, -1), vec3(19, 19, 5), 1, 0);
 }
 
+// ---- Clips
+
+// By one moment, or by two and the share of the second.
+#define CLIP_PARTS                                                                                 \
+    " fn bent(u, v, c) = <u - 0.5, v + 0.3*sin(1turn*(u + c)), 0.4*cos(2turn*c)>"                  \
+    " fn turned_by(c) = 1turn*floor(c)/8 + 0.3turn*sin(1turn*c)"                                   \
+    " surface { res = <8, 8>  fn at(u, v) = mix(bent(u, v, A), bent(u, v, B), W)"                  \
+    "   rotate y, mix(turned_by(A), turned_by(B), W)  translate <0, 0.2, mix(A, B, W)*0.2> }"      \
+    " sphere { radius = mix(0.2 + 0.1*sin(1turn*A), 0.2 + 0.1*sin(1turn*B), W)"                    \
+    "   translate <0, 1.3, 0> }"                                                                   \
+    " box { size = <0.2, 0.3, 0.2>  visible = (W < 0.5 ? A : B) % 0.5 < 0.4"                       \
+    "   translate <0.7, 0.2, 0> }"
+
+static char *with_moments(const char *head, const char *const moments[3], const char *tail) {
+    char *text = calloc(1, 16384), *to = text;
+    to += sprintf(to, "film { fps = 24 frames = 1..3 size = <200, 200> }\n%s", head);
+    for (const char *p = CLIP_PARTS; *p; p++) {
+        bool is_moment = (*p == 'A' || *p == 'B' || *p == 'W');
+        to += is_moment ? sprintf(to, "%s", moments[*p == 'W' ? 2 : *p - 'A'])
+                        : sprintf(to, "%c", *p);
+    }
+    sprintf(to, "}\n%s", tail);
+    return text;
+}
+
+// Instances 0 to 3 that play clips, and copies that are told the two moments and the share.
+static void agree_on_clips(const char *clips, const char *moments) {
+    static const char *const one[3] = {"t", "t", "1"}, *const two[3] = {"a", "b", "w"};
+    char instances[1024], copies[1024];
+    snprintf(instances, sizeof instances,
+             "for i in 0..3 { instance Thing { clips = %s  translate <3*i, 0, 0> } }", clips);
+    snprintf(copies, sizeof copies, "for i in 0..3 { Thing(%s) { translate <3*i, 0, 0> } }",
+             moments);
+    char *instanced = with_moments("def Thing { let end = 0.5  clip go = 0s..1s"
+                                   "  clip stay = 1.2s..1.2 + end",
+                                   one, instances);
+    char *flat = with_moments("def Thing(a, b, w) {", two, copies);
+    agree(instanced, flat, vec3(-1, -1, -1), vec3(10, 2, 1), 1, 0);
+    free(instanced);
+    free(flat);
+}
+
+// `stay` begins at the nearest 32nd of `go`, which is 0.03125 s.
+static void clips_fade(void **state) {
+    (void)state;
+    agree_on_clips("[play(go, at = -0.25*i, speed = 2), play(stay, at = 0.03s, fade = 0.0625s)]",
+                   "a = (2*(t + 0.25*i)) % 1, b = 1.2 + (t - 0.03125) % 0.5,"
+                   " w = smoothstep(0.03125, 0.09375, t)");
+}
+
+// A fade that the next one cuts short; a clip that stays at its end; a list chosen by the loop.
+static void clips_follow_each_other(void **state) {
+    (void)state;
+    agree_on_clips("[go, play(stay, at = 0.02s, fade = 1s, parts = 0, once = true),"
+                   " play(i < 2 ? go : stay, at = 0.06s, fade = 0.03s, speed = 3, parts = 0)]",
+                   "a = t < 0.06 ? t % 1 : 1.2 + clamp(t - 0.02, 0, 0.5),"
+                   " b = t < 0.06 ? 1.2 + clamp(t - 0.02, 0, 0.5)"
+                   "   : i < 2 ? (3*(t - 0.06)) % 1 : 1.2 + (3*(t - 0.06)) % 0.5,"
+                   " w = t < 0.06 ? smoothstep(0.02, 0.06, t) : smoothstep(0.06, 0.09, t)");
+}
+
+// Fades that begin at any time share 32 forms, and one is for all that play a clip alone.
+static void fades_are_shared(void **state) {
+    (void)state;
+    Made *made = make("film { fps = 24 frames = 1..3 } def Thing { clip go = 0s..1s"
+                      "  clip stay = 1s..2s  surface { res = <4, 4>"
+                      " fn at(u, v) = <u, v, sin(1turn*(u + t))> } }"
+                      "for i in 0..999 { instance Thing { translate <2*i, 0, 0>"
+                      " clips = [play(go, at = -rand(1, i)), play(stay, at = 0.1*rand(2, i))] } }",
+                      1);
+    assert_int_equal(made->world->parts.n_forms, 33);
+    unmake(made);
+}
+
 // Frames alone and in a block of others: the same hits, bit for bit.
 static void blocks_do_not_matter(void **state) {
     (void)state;
@@ -346,6 +420,9 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(the_smallest_set),
     cmocka_unit_test(arrays_are_shared),
     cmocka_unit_test(equal_values_share),
+    cmocka_unit_test(clips_fade),
+    cmocka_unit_test(clips_follow_each_other),
+    cmocka_unit_test(fades_are_shared),
     cmocka_unit_test(blocks_do_not_matter),
 };
 
