@@ -89,14 +89,22 @@ const char *loader_find(Eval *ev, const Env *env, NodeId node, const Value *name
         return *real ? text : NULL;
     }
     bool is_outside = steps_out(text);
+    const char *own = loader_real_path(ev->arena, env->module->syntax->file->path);
+    const char *own_path = NULL; // as it was found: a script that names itself means another
     for (size_t i = 0; (folder = loader_folder(ev, env, name, i)); i++) {
         const char *path = join(ev->arena, folder, text);
         const char *real_folder = loader_real_path(ev->arena, folder);
         *real = *text && real_folder ? loader_real_path(ev->arena, path) : NULL;
-        if (*real && lies_in(*real, real_folder)) {
+        if (*real && own && strcmp(*real, own) == 0) {
+            own_path = own_path ? own_path : path;
+        } else if (*real && lies_in(*real, real_folder)) {
             return is_regular(ev, where, path) ? path : NULL;
         }
         is_outside = is_outside || *real;
+    }
+    if (own_path) {
+        *real = own;
+        return own_path;
     }
     ev->has_failed_file = true;
     if (is_outside) {

@@ -5,10 +5,9 @@
 #include "render/local_time.h"
 
 enum {
-    PROBES = 8,     // instants within a span whose bounds are asked for
-    DEPTH = 12,     // halvings of such a span
-    PIECES = 1024,  // of one; what breaks that often is not followed any further
-    REGISTERS = 512 // of programs that need more nothing is kept
+    PROBES = 8,    // instants within a span whose bounds are asked for
+    DEPTH = 12,    // halvings of such a span
+    PIECES = 1024, // of one; what breaks that often is not followed any further
 };
 
 // Corners may be so far from a straight line, relative to the box, before a span is halved.
@@ -45,63 +44,26 @@ static void affine_ball(Affine *map, const double sphere[4]) {
     map->m[2][3] = center.z;
 }
 
-static void run(const Program *program, double *kept, const double in[IN_COUNT], double *out) {
-    if (kept) {
-        program_run_kept(program, in, kept, out);
+static void run(ProgramMemo *memo, const Program *program, const double in[IN_COUNT], double *out) {
+    if (memo) {
+        memo_run(memo, program, in, out);
     } else {
         program_run1(program, in, out);
     }
 }
 
-static const Program *ball_program(const Body *body) {
-    return body->is_ball ? body->shape->geometry : NULL;
-}
-
-static size_t n_registers(const Program *program) {
-    return program ? program_n_instr(program) : 0;
-}
-
-size_t body_n_registers(const Body *body) {
-    const Shape *shape = body->shape;
-    return body->many ? 0
-                      : n_registers(shape->transform) + n_registers(ball_program(body)) +
-                            n_registers(shape->visible) + n_registers(shape->clock);
-}
-
-static double *keep(const Program *program, const double in[IN_COUNT], double **next) {
-    double *registers = *next;
-    if (program) {
-        program_keep(program, in, registers);
-        *next += program_n_instr(program);
-    }
-    return registers;
-}
-
-BodyKept body_keep(const Body *body, double *registers) {
-    const Shape *shape = body->shape;
-    double in[IN_COUNT];
-    if (body->many) {
-        return (BodyKept){0};
-    }
-    shape_inputs(shape, body_loops(body), 0, in);
-    return (BodyKept){.transform = keep(shape->transform, in, &registers),
-                      .geometry = keep(ball_program(body), in, &registers),
-                      .visible = keep(shape->visible, in, &registers),
-                      .clock = keep(shape->clock, in, &registers)};
-}
-
-bool body_map(const Body *body, const BodyKept *kept, double seconds, Affine *map) {
+bool body_map(const Body *body, ProgramMemo *memo, double seconds, Affine *map) {
     double in[IN_COUNT], rows[12], sphere[4];
     *map = affine_identity();
     shape_inputs(body->shape, body_loops(body), seconds, in);
     if (body->shape->transform) {
-        run(body->shape->transform, kept ? kept->transform : NULL, in, rows);
+        run(memo, body->shape->transform, in, rows);
         if (!affine_from_rows(rows, map)) {
             return false;
         }
     }
     if (body->is_ball) {
-        run(body->shape->geometry, kept ? kept->geometry : NULL, in, sphere);
+        run(memo, body->shape->geometry, in, sphere);
         affine_ball(map, sphere);
         return isfinite(sphere[0] + sphere[1] + sphere[2] + sphere[3]);
     }
@@ -114,30 +76,32 @@ bool placement_invert(Placement *p) {
     return affine_invert(&linear, &p->inverse);
 }
 
-Placement body_place(const Body *body, const BodyKept *kept, double seconds) {
-    Placement p = {.map = affine_identity(), .inverse = affine_identity(), .is_present = true};
-    const Shape *shape = body->shape;
+static bool is_visible(const Body *body, ProgramMemo *memo, double seconds) {
     double in[IN_COUNT], seen = 1;
+    if (body->shape->visible) {
+        shape_inputs(body->shape, body_loops(body), seconds, in);
+        run(memo, body->shape->visible, in, &seen);
+    }
+    return program_is_true(seen);
+}
+
+Placement body_place(const Body *body, ProgramMemo *memo, double seconds) {
+    Placement p = {.map = affine_identity(), .inverse = affine_identity(), .is_present = true};
     if (body->many) {
         return p;
     }
-    p.is_present = body_map(body, kept, seconds, &p.map);
-    if (p.is_present && (body->is_ball || shape->transform)) {
+    p.is_present = is_visible(body, memo, seconds) && body_map(body, memo, seconds, &p.map);
+    if (p.is_present && (body->is_ball || body->shape->transform)) {
         p.is_present = placement_invert(&p);
-    }
-    if (p.is_present && shape->visible) {
-        shape_inputs(shape, body_loops(body), seconds, in);
-        run(shape->visible, kept ? kept->visible : NULL, in, &seen);
-        p.is_present = program_is_true(seen);
     }
     return p;
 }
 
-double body_seconds(const Body *body, const BodyKept *kept, double seconds) {
+double body_seconds(const Body *body, ProgramMemo *memo, double seconds) {
     double in[IN_COUNT], shown = seconds;
     if (body->shape->clock) {
         shape_inputs(body->shape, body_loops(body), seconds, in);
-        run(body->shape->clock, kept ? kept->clock : NULL, in, &shown);
+        run(memo, body->shape->clock, in, &shown);
     }
     return shown;
 }
@@ -300,12 +264,12 @@ static Bounds sweep_between(Sweep *s, double lo, double hi, bool moves) {
 
 typedef struct {
     const Body *body;
-    BodyKept kept;
-} KeptBody;
+    ProgramMemo *memo;
+} MemoBody;
 
 static bool map_of_body(const void *context, double seconds, Affine *map) {
-    const KeptBody *k = context;
-    return body_map(k->body, &k->kept, seconds, map);
+    const MemoBody *m = context;
+    return body_map(m->body, m->memo, seconds, map);
 }
 
 Bounds body_bounds(const Body *body, double fps, int64_t frame, double lo, double hi) {
@@ -313,13 +277,13 @@ Bounds body_bounds(const Body *body, double fps, int64_t frame, double lo, doubl
     if (body->many) {
         return pad_rounding(points);
     }
-    double registers[REGISTERS];
-    KeptBody k = {body, {0}};
-    if (body_n_registers(body) <= REGISTERS) {
-        k.kept = body_keep(body, registers);
-    }
-    Sweep s = {map_of_body, &k, points, fps, frame, bounds_empty(), 0};
-    return sweep_between(&s, lo, hi, program_reads_time(body->shape->transform));
+    Arena scratch = {0};
+    bool moves = program_reads_time(body->shape->transform);
+    MemoBody m = {body, moves ? memo_new(&scratch, 2) : NULL};
+    Sweep s = {map_of_body, &m, points, fps, frame, bounds_empty(), 0};
+    Bounds b = sweep_between(&s, lo, hi, moves);
+    arena_free(&scratch);
+    return b;
 }
 
 static bool map_of_program(const void *context, double seconds, Affine *map) {

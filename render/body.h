@@ -8,6 +8,7 @@
 #define RENDER_BODY_H
 
 #include "render/form.h"
+#include "render/memo.h"
 
 // Where a body stands at an instant. Points are mapped back by subtracting the translation first:
 // far from the origin the inverse's own translation would cost digits.
@@ -70,24 +71,15 @@ static inline uint32_t shape_object(const Shape *shape, uint32_t base, uint32_t 
 // The part of a baked body that a primitive belongs to.
 const BodyPart *body_part(const BodyOfMany *many, uint32_t prim);
 
-// The registers of a body's programs (program_keep), for one that is asked at many times.
-typedef struct {
-    double *transform, *geometry, *visible, *clock;
-} BodyKept;
-
-size_t body_n_registers(const Body *body);
-// registers: [body_n_registers]; they are the caller's.
-BodyKept body_keep(const Body *body, double *registers);
-
 // From the points of the form to the world at the film's seconds; of a body that is no set. False:
-// not finite. kept: of this body; NULL: nothing is.
-bool body_map(const Body *body, const BodyKept *kept, double seconds, Affine *map);
+// not finite. memo: of this thread, as in the following; NULL: none.
+bool body_map(const Body *body, ProgramMemo *memo, double seconds, Affine *map);
 
 // From the body's programs.
-Placement body_place(const Body *body, const BodyKept *kept, double seconds);
+Placement body_place(const Body *body, ProgramMemo *memo, double seconds);
 
 // What its clock shows then.
-double body_seconds(const Body *body, const BodyKept *kept, double seconds);
+double body_seconds(const Body *body, ProgramMemo *memo, double seconds);
 
 // A sphere's center and radius in its own block.
 void sphere_at(const Shape *shape, const double *loops, double seconds, double out[4]);

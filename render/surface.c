@@ -157,8 +157,7 @@ static Local local_plane(const Body *body, double seconds, double step, Vec3 on_
 
 // Velocity of a point that is fixed in object space, by central differences of the transform: the
 // error is (angular velocity * RATE_STEP frame)^2 / 6 of the velocity.
-static Vec3 carried_velocity(const WorldView *view, const BodyView *at, Vec3 p) {
-    const Body *body = at->body;
+static Vec3 carried_velocity(const WorldView *view, const Body *body, Vec3 p) {
     if (body->many || !program_reads_time(body->shape->transform)) {
         return vec3(0, 0, 0);
     }
@@ -167,7 +166,7 @@ static Vec3 carried_velocity(const WorldView *view, const BodyView *at, Vec3 p) 
     for (int k = 0; k < 2; k++) {
         double step = k ? RATE_STEP : -RATE_STEP;
         t[k] = instant_seconds(instant_at(view->at.frame, view->at.frac + step), view->world->fps);
-        if (!body_map(body, &at->kept, t[k], &map[k])) {
+        if (!body_map(body, view->memo, t[k], &map[k])) {
             return vec3(0, 0, 0);
         }
     }
@@ -310,7 +309,7 @@ void world_surface(WorldView *view, Vec3 origin, Vec3 dir, const WorldHit *hit,
     Vec3 n = vec3_scale(vec3_normalize(affine_normal(&place->inverse, l.n)), side);
     point->N = vec3_dot(n, n) > 0 ? consistent(n, point->Ng, dir) : point->Ng;
     point->velocity =
-        vec3_add(affine_vector(&place->map, l.velocity), carried_velocity(view, at, l.p));
+        vec3_add(affine_vector(&place->map, l.velocity), carried_velocity(view, body, l.p));
     Vec3 far = vec3(place->map.m[0][3], place->map.m[1][3], place->map.m[2][3]);
     double on_object = FLOAT_ERROR * l.size + DOUBLE_ERROR * largest_of(l.p);
     double in_world = DOUBLE_ERROR * (largest_of(point->P) + largest_of(far));

@@ -22,6 +22,7 @@ WorldView *world_view_new(const World *world) {
     view->mask = n - 1;
     view->slots = ARENA_ARRAY(&arena, n, BodyView);
     view->arena = arena;
+    view->memo = memo_new(&view->arena, n);
     world_view_time(view, (Instant){world->scene->film.first_frame - 1, 0});
     return view;
 }
@@ -61,24 +62,11 @@ static uint8_t unseen_by(const Body *body, double seconds) {
     return unseen;
 }
 
-static void keep_registers(WorldView *view, BodyView *slot) {
-    size_t n = body_n_registers(slot->body);
-    if (n > slot->n_registers) {
-        slot->n_registers = 2 * n;
-        slot->registers = ARENA_ARRAY(&view->arena, slot->n_registers, double);
-    }
-    slot->kept = body_keep(slot->body, slot->registers);
-}
-
-// Which body it is, where it stands, and the instant of its own time. is_other: the slot had
-// another body before.
-static void look_up(WorldView *view, BodyView *slot, bool is_other, Instant *at) {
+// Which body it is, where it stands, and the instant of its own time.
+static void look_up(WorldView *view, BodyView *slot, Instant *at) {
     const Assembly *parts = &view->world->parts;
     uint32_t member;
     const InstanceSet *set = assembly_set(parts, slot->id, &member);
-    if (is_other) {
-        slot->kept = (BodyKept){0};
-    }
     if (set) {
         slot->made = instance_body(set, member);
         slot->own = instance_place(set, member, view->seconds);
@@ -93,16 +81,13 @@ static void look_up(WorldView *view, BodyView *slot, bool is_other, Instant *at)
                                             : &parts->planes[slot->id - assembly_n_solid(parts)];
     slot->place = slot->body->fixed;
     bool has_clock = slot->body->form && slot->body->form->users;
-    if (is_other && (!slot->place || has_clock)) {
-        keep_registers(view, slot);
-    }
     if (!slot->place) {
-        slot->own = body_place(slot->body, &slot->kept, view->seconds);
+        slot->own = body_place(slot->body, view->memo, view->seconds);
         slot->place = &slot->own;
     }
     *at = view->at;
     if (has_clock) {
-        double shown = body_seconds(slot->body, &slot->kept, view->seconds);
+        double shown = body_seconds(slot->body, view->memo, view->seconds);
         *at = instant_of_seconds(shown, view->world->fps);
     }
 }
@@ -113,10 +98,9 @@ const BodyView *view_body(WorldView *view, uint32_t id) {
         return slot;
     }
     Instant at;
-    bool is_other = slot->stamp == 0 || slot->id != id;
     slot->stamp = view->stamp;
     slot->id = id;
-    look_up(view, slot, is_other, &at);
+    look_up(view, slot, &at);
     slot->key = 0;
     slot->f = 0;
     const Body *body = slot->body;

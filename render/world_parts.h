@@ -51,10 +51,7 @@ typedef struct {
     Placement own;
     uint32_t key;
     float f;
-    uint8_t unseen;    // bit k: not met by rays of RayKind k
-    BodyKept kept;     // of the body, where it moves
-    double *registers; // [n_registers]: of the view's arena
-    size_t n_registers;
+    uint8_t unseen; // bit k: not met by rays of RayKind k
 } BodyView;
 
 struct WorldView {
@@ -66,6 +63,7 @@ struct WorldView {
     BodyView *slots;
     uint32_t mask; // slots - 1
     AccelCounters count;
+    ProgramMemo *memo;
     Arena arena;
 };
 

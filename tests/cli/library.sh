@@ -51,6 +51,15 @@ test_library_comes_last() {
     has "$out$err" '<4, 5, 6>'
 }
 
+# A script of the same name as a file of the library can use it; one that names only itself goes round.
+test_a_script_includes_the_next_of_its_name() {
+    printf 'include "colors.st4" as colors\nprint colors.amber\nsphere {}\n' >colors.st4
+    expect 0 "$ST4" check colors.st4
+    echo 'include "own.st4"' >own.st4
+    expect 1 "$ST4" check own.st4
+    has "$err" "'own.st4' includes itself: own.st4 -> own.st4"
+}
+
 # Installed, the program lies in bin and the library in share.
 test_library_is_found_where_it_is_installed() {
     mkdir -p usr/bin usr/share/st4
