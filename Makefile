@@ -48,7 +48,8 @@ LDLIBS := -lOpenEXRCore-3_1 -lsleef -lz -lsundials_cvode -lsundials_nvecserial \
 
 # Files that are loaded when first needed, each a shared object of its own.
 ODE := render/sim_ode.c render/sim_ode_shape.c render/sim_ode_touch.c
-PLUGINS := render/image_oiio.cpp render/mesh_assimp.c $(ODE)
+ASSIMP := render/mesh_assimp.c render/mesh_keys.c render/mesh_motion.c render/mesh_skin.c
+PLUGINS := render/image_oiio.cpp $(ASSIMP) $(ODE)
 # Files named *_avx2.c (and *_avx512.c) are the only ones compiled for that instruction set.
 ISA_avx2 := -mavx2 -mfma -mf16c -mbmi -mbmi2
 ISA_avx512 := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mfma
@@ -78,8 +79,8 @@ $(B)/st4: $(OBJECTS) $(B)/st4-image.so $(B)/st4-assimp.so $(B)/st4-ode.so
 $(B)/st4-image.so: $(B)/render/image_oiio.o
 	$(CXX) -shared $(ALL_CXXFLAGS) -o $@ $^ $(LDFLAGS) $$(pkg-config --libs OpenImageIO)
 
-$(B)/st4-assimp.so: $(B)/render/mesh_assimp.o
-	$(CC) -shared $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lassimp
+$(B)/st4-assimp.so: $(ASSIMP:%.c=$(B)/%.o) $(B)/accel/arena.o $(B)/accel/arena_array.o
+	$(CC) -shared $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lassimp -lm
 
 $(B)/st4-ode.so: $(ODE:%.c=$(B)/%.o)
 	$(CC) -shared $(ALL_CFLAGS) -o $@ $^ $(LDFLAGS) -lode -lm
@@ -140,7 +141,7 @@ test-stability: $(B)/st4-stability
 # What it finds is kept in build/fuzz/corpus, from which the next call goes on.
 FUZZED := $(filter-out $(MAIN) lang/command% lang/session.c lang/options.c lang/help.c \
             lang/frame_list.c lang/sim_cache.c,$(wildcard lang/*.c)) $(wildcard render/program*.c) \
-          $(filter-out %/mesh_child.c %/mesh_assimp.c,$(wildcard render/mesh*.c)) \
+          $(filter-out render/mesh_child.c render/mesh_clips.c $(ASSIMP),$(wildcard render/mesh*.c)) \
           render/mover.c render/point_cache.c render/shutter.c render/sim_course.c \
           render/sim_solid.c render/snapshot.c render/local_time.c render/texture.c \
           render/plugin.c accel/arena_array.c
@@ -240,5 +241,5 @@ clean:
 	rm -rf build st4
 
 -include $(patsubst %.o,%.d,$(OBJECTS) $(FUZZ_OBJECTS) $(TESTS) $(STABILITY) \
-    $(B)/render/image_oiio.o $(B)/render/mesh_assimp.o $(ODE:%.c=$(B)/%.o) \
+    $(B)/render/image_oiio.o $(ASSIMP:%.c=$(B)/%.o) $(ODE:%.c=$(B)/%.o) \
     $(patsubst %.c,$(B)/%.o,$(wildcard tests/bench/*.c)))

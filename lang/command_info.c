@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// st4 info: what a scene holds and what a run will not spend on it, or how a picture was made.
+// st4 info: what a scene holds and what a run will not spend on it, what a mesh file holds, or how
+// a picture was made.
 #include "lang/command.h"
 
 #include <string.h>
@@ -8,6 +9,7 @@
 #include "lang/session.h"
 #include "render/film_file.h"
 #include "render/image.h"
+#include "render/mesh_clips.h"
 #include "render/shutter.h"
 
 enum { INSTANTS = 256 }; // of the film, at which lights that change are looked at
@@ -200,18 +202,50 @@ static int info_film(const Session *session, const char *path) {
     return STATUS_OK;
 }
 
-typedef enum { INFO_SCENE, INFO_EXR, INFO_FILM, INFO_PICTURE } InfoKind;
+static int info_mesh(const Session *session, const char *path) {
+    Mesh mesh;
+    MeshClips clips;
+    char message[512];
+    if (mesh_read(session->arena, path, &mesh, message, sizeof message) != MESH_OK ||
+        mesh_clips_list(session->arena, path, &clips, message, sizeof message) != MESH_OK) {
+        return session_refuse(session, STATUS_FILES, path, message);
+    }
+    printf("%-20s %u\n", "vertices", mesh.n_vertices);
+    printf("%-20s %u\n", "triangles", mesh.n_triangles);
+    printf("%-20s %s\n", "normals", mesh.normal ? "yes" : "no");
+    printf("%-20s %s\n", "uvs", mesh.uv ? "yes" : "no");
+    for (uint32_t i = 0; i < clips.n; i++) {
+        printf("%-20s \"%s\", %.6g s\n", "clip", clips.clip[i].name, clips.clip[i].seconds);
+    }
+    return STATUS_OK;
+}
+
+typedef enum { INFO_SCENE, INFO_MESH, INFO_EXR, INFO_FILM, INFO_PICTURE } InfoKind;
+
+// Of mesh files, those that go by such names.
+static const char *const mesh_endings[] = {".obj", ".ply", ".stl", ".gltf", ".glb",
+                                           ".fbx", ".dae", ".3ds", ".x",    ".off"};
+static const char *const picture_endings[] = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".hdr"};
+
+static bool ends_in(const char *path, const char *const *endings, size_t n) {
+    const char *dot = strrchr(path, '.');
+    for (size_t i = 0; dot && i < n; i++) {
+        if (!strcasecmp(dot, endings[i])) {
+            return true;
+        }
+    }
+    return false;
+}
 
 static InfoKind kind_of(const char *path) {
-    static const char *const endings[] = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".hdr"};
-    const char *dot = strrchr(path, '.');
     if (image_is_exr(path)) {
         return INFO_EXR;
     }
-    for (size_t i = 0; dot && i < sizeof endings / sizeof endings[0]; i++) {
-        if (!strcasecmp(dot, endings[i])) {
-            return INFO_PICTURE;
-        }
+    if (ends_in(path, picture_endings, sizeof picture_endings / sizeof *picture_endings)) {
+        return INFO_PICTURE;
+    }
+    if (ends_in(path, mesh_endings, sizeof mesh_endings / sizeof *mesh_endings)) {
+        return INFO_MESH;
     }
     return film_file_is(path) ? INFO_FILM : INFO_SCENE;
 }
@@ -220,6 +254,8 @@ static int print_info(const Session *session, InfoKind kind, const char *path) {
     switch (kind) {
     case INFO_EXR:
         return info_image(session, path);
+    case INFO_MESH:
+        return info_mesh(session, path);
     case INFO_FILM:
         return info_film(session, path);
     case INFO_PICTURE:

@@ -282,6 +282,26 @@ static bool check_transform(Eval *ev, const Env *env, NodeId node, const Propert
     return true;
 }
 
+static bool check_strings(Eval *ev, const Env *env, NodeId node, const PropertyInfo *info,
+                          Value *value) {
+    if (!value_is(value, VALUE_LIST)) {
+        return value_is(value, VALUE_STRING) || wrong_type(ev, env, node, info, value);
+    }
+    if (value->list->n == 0) {
+        eval_error(ev, env, node, NULL, "%s is an empty list", info->name);
+        return false;
+    }
+    for (uint32_t i = 0; i < value->list->n; i++) {
+        const Value *item = &value->list->items[i];
+        if (!value_is(item, VALUE_STRING)) {
+            eval_error(ev, env, node, NULL, "%s is a list of strings, item %u is %s", info->name, i,
+                       value_describe(ev->arena, item));
+            return false;
+        }
+    }
+    return true;
+}
+
 static bool check_value(Eval *ev, const Env *env, NodeId node, const PropertyInfo *info,
                         Value *value) {
     switch (info->type) {
@@ -295,6 +315,8 @@ static bool check_value(Eval *ev, const Env *env, NodeId node, const PropertyInf
         return check_count(ev, env, node, info, value);
     case PROPERTY_TYPE_STRING:
         return value_is(value, VALUE_STRING) || wrong_type(ev, env, node, info, value);
+    case PROPERTY_TYPE_STRINGS:
+        return check_strings(ev, env, node, info, value);
     case PROPERTY_TYPE_VEC2:
     case PROPERTY_TYPE_VEC3:
     case PROPERTY_TYPE_COLOR:

@@ -42,7 +42,7 @@ bool lower_body_mesh(Eval *ev, const Object *object, double seconds, Mesh *mesh)
         return false;
     }
     if (form.track) {
-        eval_error_at(ev, object->where, "leave out cache and frames",
+        eval_error_at(ev, object->where, "leave out cache, frames and clip",
                       "the shape of a rigid body keeps its form");
         return false;
     }

@@ -4,6 +4,7 @@
 #define LANG_LOWER_FORM_H
 
 #include "lang/lower_parts.h"
+#include "render/mesh_clips.h"
 
 typedef struct {
     ShapeKind kind;
@@ -27,7 +28,13 @@ typedef struct {
 bool lower_form(Eval *ev, const Object *object, const Place *place, Form *form);
 
 // lang/lower_mesh.c: the mesh of a `mesh`, with what moves it. False: reported.
-bool lower_mesh_form(Eval *ev, const Object *object, Form *form);
+bool lower_mesh_form(Eval *ev, const Object *object, const Place *place, Form *form);
+
+// lang/lower_clip.c: the places of the vertices in the clips that are given. False: reported.
+bool lower_clip_read(Eval *ev, const Given *file, const Given *clip, Arena *scratch,
+                     PointCache *places);
+// The same for the same names in the same order.
+Symbol lower_clip_symbol(Eval *ev, const Given *clip);
 
 // lang/lower_solid.c: cylinder, cone, torus, disc. False: reported, or there is nothing to see.
 bool lower_solid_form(Eval *ev, const Object *object, const Place *place, Form *form);

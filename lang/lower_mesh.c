@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes: from a file, written out, or a sequence of files; their point caches. In this order: the
-// file, fit and ground, subdivide, deform, transforms.
+// Meshes: from a file, written out, or a sequence of files; their point caches and clips. In this
+// order: the file, fit and ground, subdivide, deform, transforms.
 #include "lang/lower_form.h"
 
 #include <math.h>
@@ -17,7 +17,7 @@ typedef struct {
 
 typedef struct {
     const Object *object;
-    const Given *file, *points, *frames, *cache;
+    const Given *file, *points, *frames, *cache, *clip;
     Fit fit;
     Mesh *mesh;
     VertexTrack *track;
@@ -284,6 +284,24 @@ static float offset_of(const Making *m, double x, size_t c) {
     return (float)(x * m->fit.scale + m->fit.shift[c] - m->track->center[c]);
 }
 
+static void take_places(Eval *ev, Making *m, const PointCache *places) {
+    const Mesh *mesh = m->mesh;
+    uint32_t n_points = mesh->point ? mesh->n_points : mesh->n_vertices;
+    double *seconds = ARENA_ARRAY(lower_arena(ev), places->n_samples, double);
+    memcpy(seconds, places->seconds, places->n_samples * sizeof *seconds);
+    float *to = new_track(ev, m, places->n_samples, seconds);
+    for (size_t k = 0; k < places->n_samples; k++) {
+        const float *from = places->position + 3 * (size_t)n_points * k;
+        for (size_t i = 0; i < 3 * (size_t)mesh->n_vertices; i++) {
+            size_t at = mesh->point ? mesh->point[i / 3] : i / 3;
+            *to++ = offset_of(m, from[3 * at + i % 3], i % 3);
+        }
+    }
+    loader_hash_add(ev, seconds, places->n_samples * sizeof *seconds);
+    loader_hash_add(ev, places->position,
+                    3 * (size_t)n_points * places->n_samples * sizeof *places->position);
+}
+
 static bool read_cache(Eval *ev, Making *m) {
     const Given *given = m->cache;
     const Mesh *mesh = m->mesh;
@@ -309,18 +327,23 @@ static bool read_cache(Eval *ev, Making *m) {
         is_read = false;
     }
     if (is_read) {
-        double *seconds = ARENA_ARRAY(lower_arena(ev), cache.n_samples, double);
-        memcpy(seconds, cache.seconds, cache.n_samples * sizeof *seconds);
-        float *to = new_track(ev, m, cache.n_samples, seconds);
-        for (size_t k = 0; k < cache.n_samples; k++) {
-            const float *from = cache.position + 3 * (size_t)n_points * k;
-            for (size_t i = 0; i < 3 * (size_t)mesh->n_vertices; i++) {
-                size_t at = mesh->point ? mesh->point[i / 3] : i / 3;
-                *to++ = offset_of(m, from[3 * at + i % 3], i % 3);
-            }
-        }
-        loader_hash_add(ev, cache.position,
-                        3 * (size_t)n_points * cache.n_samples * sizeof *cache.position);
+        take_places(ev, m, &cache);
+    }
+    arena_free(&scratch);
+    return is_read;
+}
+
+static bool read_clip(Eval *ev, Making *m) {
+    Arena scratch = {0};
+    PointCache places;
+    bool is_read = lower_clip_read(ev, m->file, m->clip, &scratch, &places);
+    if (is_read && places.n_points != m->mesh->n_vertices) {
+        eval_error(ev, &m->clip->env, m->clip->node, NULL,
+                   "the file has changed while it was read");
+        is_read = false;
+    }
+    if (is_read) {
+        take_places(ev, m, &places);
     }
     arena_free(&scratch);
     return is_read;
@@ -378,6 +401,19 @@ static bool read_frames(Eval *ev, Making *m, const Value *names, uint32_t n) {
 
 // ---- The whole
 
+static bool check_clip(Eval *ev, const Making *m) {
+    if (m->clip && !m->file) {
+        eval_error_at(ev, m->clip->name, "it is an animation within the file", "clip without file");
+        return false;
+    }
+    if (m->clip && m->cache) {
+        eval_error_at(ev, m->cache->name, NULL,
+                      "a mesh moves by its clip or by a cache, not by both");
+        return false;
+    }
+    return true;
+}
+
 static bool check_sources(Eval *ev, Making *m) {
     const Given *first = m->file ? m->file : m->points ? m->points : m->frames;
     const Given *second = m->file && m->points                  ? m->points
@@ -408,7 +444,7 @@ static bool check_sources(Eval *ev, Making *m) {
         eval_error_at(ev, fps->name, NULL, "fps without frames or cache");
         return false;
     }
-    return true;
+    return check_clip(ev, m);
 }
 
 // The mesh before anything is done to it, to be changed; names[*n]: of a sequence.
@@ -441,8 +477,8 @@ static bool make(Eval *ev, Making *m) {
     const Value *names = NULL;
     uint32_t n = 0;
     return check_sources(ev, m) && first_mesh(ev, m, &names, &n) && fit_mesh(ev, m) &&
-           (!m->cache || read_cache(ev, m)) && (!m->frames || read_frames(ev, m, names, n)) &&
-           subdivide(ev, m);
+           (!m->cache || read_cache(ev, m)) && (!m->clip || read_clip(ev, m)) &&
+           (!m->frames || read_frames(ev, m, names, n)) && subdivide(ev, m);
 }
 
 // The index of the span between two keys of a track: it changes at each of them.
@@ -454,11 +490,11 @@ static Ref track_key(Eval *ev, const VertexTrack *track) {
 }
 
 // What makes two meshes the same: the values of all that is said of them but the deformation.
-static MeshKey key_of(const Making *m) {
+static MeshKey key_of(Eval *ev, const Making *m) {
     static const PropertyId ids[] = {
-        PROPERTY_MESH_FILE,      PROPERTY_MESH_POINTS, PROPERTY_MESH_FACES, PROPERTY_MESH_NORMALS,
-        PROPERTY_MESH_UVS,       PROPERTY_MESH_FRAMES, PROPERTY_MESH_FPS,   PROPERTY_MESH_CACHE,
-        PROPERTY_MESH_SUBDIVIDE, PROPERTY_MESH_FIT,    PROPERTY_MESH_GROUND};
+        PROPERTY_MESH_FILE,      PROPERTY_MESH_POINTS, PROPERTY_MESH_FACES,  PROPERTY_MESH_NORMALS,
+        PROPERTY_MESH_UVS,       PROPERTY_MESH_FRAMES, PROPERTY_MESH_FPS,    PROPERTY_MESH_CACHE,
+        PROPERTY_MESH_SUBDIVIDE, PROPERTY_MESH_FIT,    PROPERTY_MESH_GROUND, PROPERTY_MESH_CLIP};
     MeshKey key;
     memset(&key, 0, sizeof key);
     for (int i = 0; i < MESH_KEY_VALUES; i++) {
@@ -466,9 +502,10 @@ static MeshKey key_of(const Making *m) {
         if (given) {
             const Value *v = &given->value;
             key.module[i] = given->env.module;
-            key.value[i] = v->type == VALUE_STRING ? v->symbol | (uint64_t)v->n << 32
-                           : v->type == VALUE_LIST ? (uintptr_t)v->list
-                                                   : v->ref[0];
+            key.value[i] = ids[i] == PROPERTY_MESH_CLIP ? lower_clip_symbol(ev, given)
+                           : v->type == VALUE_STRING    ? v->symbol | (uint64_t)v->n << 32
+                           : v->type == VALUE_LIST      ? (uintptr_t)v->list
+                                                        : v->ref[0];
         }
     }
     return key;
@@ -480,8 +517,9 @@ static bool shared_mesh(Eval *ev, const Object *object, MadeMesh *made) {
                 .file = object_given(object, PROPERTY_MESH_FILE),
                 .points = object_given(object, PROPERTY_MESH_POINTS),
                 .frames = object_given(object, PROPERTY_MESH_FRAMES),
-                .cache = object_given(object, PROPERTY_MESH_CACHE)};
-    MeshKey key = key_of(&m);
+                .cache = object_given(object, PROPERTY_MESH_CACHE),
+                .clip = object_given(object, PROPERTY_MESH_CLIP)};
+    MeshKey key = key_of(ev, &m);
     for (uint32_t i = 0; i < LOWERING_MESHES; i++) {
         if (l->made[i].mesh && memcmp(&l->made[i].key, &key, sizeof key) == 0) {
             *made = l->made[i];
@@ -494,17 +532,30 @@ static bool shared_mesh(Eval *ev, const Object *object, MadeMesh *made) {
     *made = (MadeMesh){key, m.mesh, m.track, REF_NONE};
     if (m.track) {
         made->track_key = track_key(ev, m.track);
-        lower_note_data(ev, m.cache ? m.cache : m.frames, m.track->seconds[0],
-                        m.track->seconds[m.track->n_keys - 1]);
     }
     l->made[l->next_made++ % LOWERING_MESHES] = *made;
     return true;
 }
 
-bool lower_mesh_form(Eval *ev, const Object *object, Form *form) {
+// By a clock of its own a mesh reads other times than those of the film.
+static void note_track(Eval *ev, const Object *object, const Place *place,
+                       const VertexTrack *track) {
+    static const PropertyId ids[] = {PROPERTY_MESH_CACHE, PROPERTY_MESH_FRAMES, PROPERTY_MESH_CLIP};
+    for (int i = 0; i < 3 && place->clock == REF_NONE; i++) {
+        const Given *given = object_given(object, ids[i]);
+        if (given) {
+            lower_note_data(ev, given, track->seconds[0], track->seconds[track->n_keys - 1]);
+        }
+    }
+}
+
+bool lower_mesh_form(Eval *ev, const Object *object, const Place *place, Form *form) {
     MadeMesh made;
     if (!shared_mesh(ev, object, &made)) {
         return false;
+    }
+    if (made.track) {
+        note_track(ev, object, place, made.track);
     }
     form->mesh = made.mesh;
     form->track = made.track;

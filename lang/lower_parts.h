@@ -43,7 +43,7 @@ typedef struct {
     const Mesh *mesh;
 } SharedSolid;
 
-enum { LOWERING_SOLIDS = 64, LOWERING_MESHES = 64, MESH_KEY_VALUES = 11 }; // the latest are shared
+enum { LOWERING_SOLIDS = 64, LOWERING_MESHES = 64, MESH_KEY_VALUES = 12 }; // the latest are shared
 
 // A mesh of lang/lower_mesh.c, by what the script says of it.
 typedef struct {

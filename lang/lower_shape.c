@@ -176,7 +176,7 @@ bool lower_form(Eval *ev, const Object *object, const Place *place, Form *form) 
         form->mesh = lower_surface(ev, object, form->vertex);
         return form->mesh != NULL;
     case OBJECT_MESH:
-        return lower_mesh_form(ev, object, form);
+        return lower_mesh_form(ev, object, place, form);
     default:
         return lower_solid_form(ev, object, place, form);
     }

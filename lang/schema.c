@@ -172,6 +172,7 @@ const char *schema_property_type_text(const PropertyInfo *property) {
         [PROPERTY_TYPE_ANGLE] = "an angle",
         [PROPERTY_TYPE_BOOL] = "true or false",
         [PROPERTY_TYPE_STRING] = "a string",
+        [PROPERTY_TYPE_STRINGS] = "a string or a list of strings",
         [PROPERTY_TYPE_VEC2] = "a vector of 2",
         [PROPERTY_TYPE_VEC3] = "a vector of 3",
         [PROPERTY_TYPE_COLOR] = "a color",

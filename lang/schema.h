@@ -38,6 +38,7 @@ typedef enum {
     PROPERTY_TYPE_ANGLE,
     PROPERTY_TYPE_BOOL,
     PROPERTY_TYPE_STRING,
+    PROPERTY_TYPE_STRINGS, // or one alone
     PROPERTY_TYPE_VEC2,
     PROPERTY_TYPE_VEC3,
     PROPERTY_TYPE_COLOR, // a color or a vector of 3

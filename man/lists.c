@@ -168,6 +168,7 @@ static const Phrase type_phrases[] = {
     {"ANGLE", "an angle"},
     {"BOOL", "true or false"},
     {"STRING", "a string"},
+    {"STRINGS", "a string or a list of strings"},
     {"VEC2", "a vector of two"},
     {"VEC3", "a vector"},
     {"COLOR", "a color"},

@@ -16,8 +16,6 @@
 
 typedef MeshStatus Reader(Arena *arena, MeshText *text, Mesh *mesh);
 
-static const ChildLimits child_limits = {.memory = (size_t)4 << 30, .seconds = 60, .wait = 120};
-
 static bool ends_in(const char *path, const char *ending) {
     const char *dot = strrchr(path, '.');
     return dot && strcasecmp(dot, ending) == 0;
@@ -35,6 +33,10 @@ static Reader *choose(const char *path, const char *start, size_t n_start) {
         return mesh_stl_read;
     }
     return ends_in(path, ".ply") ? mesh_ply_read : NULL;
+}
+
+bool mesh_is_read_here(const char *path, const char *start, size_t n_start) {
+    return choose(path, start, n_start) != NULL;
 }
 
 static MeshStatus read_here(Arena *arena, int fd, size_t size, Reader *reader, Mesh *mesh,
@@ -66,9 +68,9 @@ MeshStatus mesh_read(Arena *arena, const char *path, Mesh *mesh, char *message, 
         return MESH_NO_FILE;
     }
     Reader *reader = choose(path, start, infile_read(fd, start, 0, sizeof start));
-    MeshStatus status =
-        reader ? read_here(arena, fd, size, reader, mesh, message, n)
-               : mesh_child_read(arena, mesh_child_assimp, path, &child_limits, mesh, message, n);
+    MeshStatus status = reader ? read_here(arena, fd, size, reader, mesh, message, n)
+                               : mesh_child_read(arena, mesh_child_assimp, path, &mesh_child_limits,
+                                                 mesh, message, n);
     close(fd);
     if (status == MESH_OK && mesh->n_triangles == 0) {
         snprintf(message, n, "there are no faces in it");

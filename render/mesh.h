@@ -40,6 +40,7 @@ typedef enum {
     MESH_NO_FILE,    // missing, not a file, not readable
     MESH_BAD_FORMAT, // damaged or of no known kind
     MESH_TOO_LARGE,  // over 2^31 vertices or triangles, or over the limits of the child
+    MESH_NO_CLIP,    // none of the file's clips has that name (render/mesh_clips.h)
 } MeshStatus;
 
 // Everything in *mesh is allocated from the arena. Polygons are cut into fans. An OBJ whose faces

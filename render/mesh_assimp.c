@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The forty formats of Assimp, as one triangle mesh: all nodes of the file's tree in their places.
+// The forty formats of Assimp, as one triangle mesh: all nodes of the file's tree in their places,
+// and what has bones where these hold it. Its clips, as places of the mesh's vertices over time.
 #include "render/mesh_assimp.h"
 
 #include <assimp/cimport.h>
@@ -14,27 +15,18 @@
 #include <unistd.h>
 
 #include "render/mesh.h"
+#include "render/mesh_keys.h"
+#include "render/mesh_motion.h"
+#include "render/mesh_skin.h"
 
-enum { BUFFER = 1 << 16, DEPTH = 1000 };
-
-// The tree is walked once for the counts and once for each array, so that nothing is collected in
-// memory beside what Assimp holds.
-typedef enum { PASS_COUNT, PASS_POSITION, PASS_NORMAL, PASS_UV, PASS_INDEX } Pass;
+enum { BUFFER = 1 << 16 };
 
 typedef struct {
-    const struct aiScene *scene;
-    MeshStream header;
-    Pass pass;
-    uint64_t base; // of the indices of the present mesh
     int fd;
     bool failed;
     size_t used;
     char buffer[BUFFER];
 } Sender;
-
-typedef struct {
-    double m[3][4];
-} Affine;
 
 static void flush(Sender *s) {
     size_t done = 0;
@@ -49,33 +41,21 @@ static void flush(Sender *s) {
     s->used = 0;
 }
 
-// n is small.
 static void send(Sender *s, const void *bytes, size_t n) {
-    if (s->used + n > BUFFER) {
-        flush(s);
-    }
-    memcpy(s->buffer + s->used, bytes, n);
-    s->used += n;
-}
-
-static Affine affine_of(const struct aiMatrix4x4 *a) {
-    return (Affine){{{(double)a->a1, (double)a->a2, (double)a->a3, (double)a->a4},
-                     {(double)a->b1, (double)a->b2, (double)a->b3, (double)a->b4},
-                     {(double)a->c1, (double)a->c2, (double)a->c3, (double)a->c4}}};
-}
-
-static Affine affine_compose(const Affine *a, const Affine *b) {
-    Affine c;
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 4; j++) {
-            c.m[i][j] = j == 3 ? a->m[i][3] : 0;
-            for (int k = 0; k < 3; k++) {
-                c.m[i][j] += a->m[i][k] * b->m[k][j];
-            }
+    const char *at = bytes;
+    while (n > 0 && !s->failed) {
+        size_t room = BUFFER - s->used, part = n < room ? n : room;
+        memcpy(s->buffer + s->used, at, part);
+        s->used += part;
+        at += part;
+        n -= part;
+        if (s->used == BUFFER) {
+            flush(s);
         }
     }
-    return c;
 }
+
+// ---- The mesh
 
 // Of the linear part; the rows of cofactors transform normals, up to their length.
 static double cofactors(const Affine *a, double c[3][3]) {
@@ -88,23 +68,30 @@ static double cofactors(const Affine *a, double c[3][3]) {
     return a->m[0][0] * c[0][0] + a->m[0][1] * c[0][1] + a->m[0][2] * c[0][2];
 }
 
-static void send_positions(Sender *s, const struct aiMesh *mesh, const Affine *a) {
-    for (unsigned i = 0; i < mesh->mNumVertices; i++) {
-        const struct aiVector3D *v = &mesh->mVertices[i];
-        double p[3];
-        for (int k = 0; k < 3; k++) {
-            p[k] = a->m[k][0] * (double)v->x + a->m[k][1] * (double)v->y +
-                   a->m[k][2] * (double)v->z + a->m[k][3];
-        }
-        send(s, p, sizeof p);
+// At rest: what moves the points, part by part.
+typedef struct {
+    const Skin *skin;
+    SkinPose pose;
+} Rest;
+
+static void send_positions(Sender *s, const Rest *rest, SkinPart part) {
+    const SkinMesh *m = &rest->skin->meshes[part.mesh];
+    for (uint32_t i = 0; i < m->n_points; i++) {
+        const struct aiVector3D *v = &m->mesh->mVertices[skin_vertex(m, i)];
+        Affine blend;
+        Vec3 p = affine_point(skin_map(rest->skin, &rest->pose, part, i, &blend),
+                              vec3((double)v->x, (double)v->y, (double)v->z));
+        send(s, (double[3]){p.x, p.y, p.z}, 3 * sizeof(double));
     }
 }
 
-static void send_normals(Sender *s, const struct aiMesh *mesh, const Affine *a) {
-    double c[3][3], sign = cofactors(a, c) < 0 ? -1 : 1;
-    for (unsigned i = 0; i < mesh->mNumVertices; i++) {
-        const struct aiVector3D *v = &mesh->mNormals[i];
-        double q[3], square = 0;
+static void send_normals(Sender *s, const Rest *rest, SkinPart part) {
+    const SkinMesh *m = &rest->skin->meshes[part.mesh];
+    for (uint32_t i = 0; i < m->n_points; i++) {
+        const struct aiVector3D *v = &m->mesh->mNormals[skin_vertex(m, i)];
+        Affine blend;
+        double c[3][3], q[3], square = 0;
+        double sign = cofactors(skin_map(rest->skin, &rest->pose, part, i, &blend), c) < 0 ? -1 : 1;
         for (int k = 0; k < 3; k++) {
             q[k] = c[k][0] * (double)v->x + c[k][1] * (double)v->y + c[k][2] * (double)v->z;
             square += q[k] * q[k];
@@ -115,132 +102,242 @@ static void send_normals(Sender *s, const struct aiMesh *mesh, const Affine *a) 
     }
 }
 
-static void send_uvs(Sender *s, const struct aiMesh *mesh) {
-    for (unsigned i = 0; i < mesh->mNumVertices; i++) {
-        const struct aiVector3D *v = &mesh->mTextureCoords[0][i];
-        float uv[2] = {v->x, v->y};
-        send(s, uv, sizeof uv);
+static void send_uvs(Sender *s, const Rest *rest, SkinPart part) {
+    const SkinMesh *m = &rest->skin->meshes[part.mesh];
+    for (uint32_t i = 0; i < m->n_points; i++) {
+        const struct aiVector3D *v = &m->mesh->mTextureCoords[0][skin_vertex(m, i)];
+        send(s, (float[2]){v->x, v->y}, 2 * sizeof(float));
     }
 }
 
-// A mirroring transform turns the order of the corners round, so it is turned back.
-static void send_triangles(Sender *s, const struct aiMesh *mesh, const Affine *a) {
-    double c[3][3];
-    bool is_mirrored = cofactors(a, c) < 0;
-    for (unsigned i = 0; i < mesh->mNumFaces; i++) {
-        const struct aiFace *f = &mesh->mFaces[i];
-        if (f->mNumIndices == 3) {
-            uint32_t base = (uint32_t)s->base;
-            uint32_t t[3] = {base + f->mIndices[0], base + f->mIndices[is_mirrored ? 2 : 1],
-                             base + f->mIndices[is_mirrored ? 1 : 2]};
-            send(s, t, sizeof t);
+// A mirroring transform turns the order of the corners round, so it is turned back. base: of the
+// part's points.
+static void send_triangles(Sender *s, const Rest *rest, SkinPart part, uint32_t base) {
+    const SkinMesh *m = &rest->skin->meshes[part.mesh];
+    for (unsigned i = 0; i < m->mesh->mNumFaces; i++) {
+        const struct aiFace *f = &m->mesh->mFaces[i];
+        if (f->mNumIndices != 3) {
+            continue;
         }
-    }
-    s->base += mesh->mNumVertices;
-}
-
-static void count(Sender *s, const struct aiMesh *mesh) {
-    s->header.n_vertices += mesh->mNumVertices;
-    for (unsigned i = 0; i < mesh->mNumFaces; i++) {
-        s->header.n_triangles += mesh->mFaces[i].mNumIndices == 3;
-    }
-    s->header.has_normal &= mesh->mNormals != NULL;
-    s->header.has_uv &= mesh->mTextureCoords[0] != NULL;
-}
-
-static void visit_mesh(Sender *s, const struct aiMesh *mesh, const Affine *a) {
-    switch (s->pass) {
-    case PASS_COUNT:
-        count(s, mesh);
-        break;
-    case PASS_POSITION:
-        send_positions(s, mesh, a);
-        break;
-    case PASS_NORMAL:
-        send_normals(s, mesh, a);
-        break;
-    case PASS_UV:
-        send_uvs(s, mesh);
-        break;
-    case PASS_INDEX:
-        send_triangles(s, mesh, a);
-        break;
-    }
-}
-
-static void visit_node(Sender *s, const struct aiNode *node, const Affine *parent, int depth) {
-    Affine own = affine_of(&node->mTransformation), a = affine_compose(parent, &own);
-    for (unsigned i = 0; i < node->mNumMeshes && !s->failed; i++) {
-        const struct aiMesh *mesh = s->scene->mMeshes[node->mMeshes[i]];
-        // Points and lines have meshes of their own after sorting; they are left out.
-        if (mesh->mPrimitiveTypes & aiPrimitiveType_TRIANGLE) {
-            visit_mesh(s, mesh, &a);
+        uint32_t t[3];
+        Affine blend;
+        for (int k = 0; k < 3; k++) {
+            t[k] = m->joined ? m->joined[f->mIndices[k]] : f->mIndices[k];
         }
-    }
-    for (unsigned i = 0; i < node->mNumChildren && depth < DEPTH && !s->failed; i++) {
-        visit_node(s, node->mChildren[i], &a, depth + 1);
+        bool is_mirrored = affine_det(skin_map(rest->skin, &rest->pose, part, t[0], &blend)) < 0;
+        uint32_t turned[3] = {base + t[0], base + t[is_mirrored ? 2 : 1],
+                              base + t[is_mirrored ? 1 : 2]};
+        send(s, turned, sizeof turned);
     }
 }
 
-static void run(Sender *s, Pass pass) {
-    static const Affine identity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-    s->pass = pass;
-    visit_node(s, s->scene->mRootNode, &identity, 0);
+static void count(const Skin *skin, MeshStream *head) {
+    *head = (MeshStream){
+        .magic = MESH_STREAM_MAGIC, .n_vertices = skin->n_points, .has_normal = 1, .has_uv = 1};
+    for (uint32_t i = 0; i < skin->n_parts; i++) {
+        const struct aiMesh *mesh = skin->meshes[skin->parts[i].mesh].mesh;
+        for (unsigned k = 0; k < mesh->mNumFaces; k++) {
+            head->n_triangles += mesh->mFaces[k].mNumIndices == 3;
+        }
+        head->has_normal &= mesh->mNormals != NULL;
+        head->has_uv &= mesh->mTextureCoords[0] != NULL;
+    }
 }
 
 static void refuse(Sender *s, MeshStatus status, const char *sentence) {
-    s->header = (MeshStream){.magic = MESH_STREAM_MAGIC, .status = status};
-    snprintf(s->header.message, sizeof s->header.message, "%.200s", sentence);
-    send(s, &s->header, sizeof s->header);
+    MeshStream head = {.magic = MESH_STREAM_MAGIC, .status = status};
+    snprintf(head.message, sizeof head.message, "%.200s", sentence);
+    send(s, &head, sizeof head);
 }
 
-// Assimp's sentence, but for those that need the file's name or the library's terms.
-static void refuse_import(Sender *s, const char *why) {
-    if (strstr(why, "alloc")) {
-        refuse(s, MESH_TOO_LARGE, "it needs more memory than the reader is allowed");
-    } else if (strstr(why, "No suitable reader")) {
-        refuse(s, MESH_BAD_FORMAT, "no reader knows this kind of file");
-    } else {
-        refuse(s, MESH_BAD_FORMAT, why[0] ? why : "damaged, or of no known kind");
-    }
-}
-
-static void send_scene(Sender *s) {
-    s->header = (MeshStream){.magic = MESH_STREAM_MAGIC, .has_normal = 1, .has_uv = 1};
-    run(s, PASS_COUNT);
-    if (s->header.n_vertices >> 31 || s->header.n_triangles >> 31) {
+static void send_mesh(Sender *s, Arena *arena, const Skin *skin) {
+    Rest rest = {skin, skin_pose_new(arena, skin)};
+    MeshStream head;
+    uint32_t base = 0;
+    skin_pose_set(skin, NULL, &rest.pose);
+    count(skin, &head);
+    if (head.n_vertices >> 31 || head.n_triangles >> 31) {
         refuse(s, MESH_TOO_LARGE, "it has more than 2^31 vertices or triangles");
         return;
     }
-    send(s, &s->header, sizeof s->header);
-    run(s, PASS_POSITION);
-    if (s->header.has_normal) {
-        run(s, PASS_NORMAL);
+    send(s, &head, sizeof head);
+    for (uint32_t i = 0; i < skin->n_parts; i++) {
+        send_positions(s, &rest, skin->parts[i]);
     }
-    if (s->header.has_uv) {
-        run(s, PASS_UV);
+    for (uint32_t i = 0; head.has_normal && i < skin->n_parts; i++) {
+        send_normals(s, &rest, skin->parts[i]);
     }
-    run(s, PASS_INDEX);
+    for (uint32_t i = 0; head.has_uv && i < skin->n_parts; i++) {
+        send_uvs(s, &rest, skin->parts[i]);
+    }
+    for (uint32_t i = 0; i < skin->n_parts; i++) {
+        send_triangles(s, &rest, skin->parts[i], base);
+        base += skin->meshes[skin->parts[i].mesh].n_points;
+    }
 }
 
-int mesh_assimp_send(const char *path, int fd) {
+// ---- Clips
+
+static void send_clip_head(Sender *s, const struct aiScene *scene, ClipStream *head) {
+    head->magic = CLIP_STREAM_MAGIC;
+    head->n_clips = scene ? scene->mNumAnimations : 0;
+    head->n_clips = head->n_clips < CLIP_STREAM_NAMES ? head->n_clips : CLIP_STREAM_NAMES;
+    send(s, head, sizeof *head);
+    for (uint32_t i = 0; i < head->n_clips; i++) {
+        const struct aiAnimation *animation = scene->mAnimations[i];
+        ClipName name = {.seconds = motion_seconds(animation)};
+        snprintf(name.name, sizeof name.name, "%.119s", animation->mName.data);
+        send(s, &name, sizeof name);
+    }
+}
+
+static void refuse_clips(Sender *s, const struct aiScene *scene, MeshStatus status,
+                         const char *sentence) {
+    ClipStream head = {.status = status};
+    snprintf(head.message, sizeof head.message, "%.200s", sentence);
+    send_clip_head(s, scene, &head);
+}
+
+// The first of that name; NULL: none.
+static const struct aiAnimation *find_clip(const struct aiScene *scene, const char *name) {
+    for (unsigned i = 0; i < scene->mNumAnimations; i++) {
+        if (strcmp(scene->mAnimations[i]->mName.data, name) == 0) {
+            return scene->mAnimations[i];
+        }
+    }
+    return NULL;
+}
+
+// The motions that are asked for. False: refused.
+static bool find_motions(Sender *s, Arena *arena, const Skin *skin, const ClipQuery *query,
+                         Motion *motions) {
+    char message[MESH_STREAM_MESSAGE];
+    for (uint32_t i = 0; i < query->n_names; i++) {
+        const struct aiAnimation *animation = find_clip(skin->scene, query->names[i]);
+        if (!animation) {
+            ClipStream head = {.status = MESH_NO_CLIP, .missing = i};
+            snprintf(head.message, sizeof head.message, "it has no clip '%.150s'", query->names[i]);
+            send_clip_head(s, skin->scene, &head);
+            return false;
+        }
+        if (!motion_new(arena, skin, animation, &motions[i], message, sizeof message)) {
+            refuse_clips(s, skin->scene, MESH_BAD_FORMAT, message);
+            return false;
+        }
+    }
+    return true;
+}
+
+static void send_clips(Sender *s, Arena *arena, const Skin *skin, const ClipQuery *query) {
+    Motion *motions = ARENA_ARRAY(arena, query->n_names, Motion);
+    char message[MESH_STREAM_MESSAGE];
+    Keys keys = {0};
+    if (skin->n_points >> 31) {
+        refuse_clips(s, skin->scene, MESH_TOO_LARGE, "it has more than 2^31 vertices");
+        return;
+    }
+    if (!find_motions(s, arena, skin, query, motions)) {
+        return;
+    }
+    if (query->n_names > 0 &&
+        !keys_find(arena, skin, motions, query->n_names, &keys, message, sizeof message)) {
+        refuse_clips(s, skin->scene, MESH_TOO_LARGE, message);
+        return;
+    }
+    ClipStream head = {.n_points = skin->n_points, .n_keys = (uint32_t)keys.n};
+    send_clip_head(s, skin->scene, &head);
+    send(s, keys.seconds, keys.n * sizeof *keys.seconds);
+    for (size_t i = 0; i < keys.n; i++) {
+        send(s, keys.xyz[i], 3 * (size_t)skin->n_points * sizeof(float));
+    }
+}
+
+// ---- The doors
+
+// What an arena calls that gets no memory: nothing has been sent by then.
+static Sender *exhausted_sender;
+static bool exhausted_clips;
+
+static void exhausted(size_t wanted, size_t limit) {
+    static const char sentence[] = "it needs more memory than the reader is allowed";
+    (void)wanted;
+    (void)limit;
+    if (exhausted_clips) {
+        refuse_clips(exhausted_sender, NULL, MESH_TOO_LARGE, sentence);
+    } else {
+        refuse(exhausted_sender, MESH_TOO_LARGE, sentence);
+    }
+    flush(exhausted_sender);
+    _exit(0);
+}
+
+// Vertices are joined by Assimp, whose way is to look at all that they have but their weights:
+// where there are bones, *joins is left to be done.
+static const struct aiScene *import(const char *path, bool *joins) {
+    const struct aiScene *scene = aiImportFile(path, aiProcess_Triangulate | aiProcess_SortByPType |
+                                                         aiProcess_ValidateDataStructure);
+    *joins = false;
+    for (unsigned i = 0; scene && i < scene->mNumMeshes; i++) {
+        *joins = *joins || scene->mMeshes[i]->mNumBones > 0;
+    }
+    if (scene && !*joins) {
+        scene = aiApplyPostProcessing(scene, aiProcess_JoinIdenticalVertices);
+    }
+    return scene && scene->mRootNode ? scene : NULL;
+}
+
+// Assimp's sentence, but for those that need the file's name or the library's terms.
+static const char *why_not(MeshStatus *status) {
+    const char *why = aiGetErrorString();
+    *status = MESH_BAD_FORMAT;
+    if (strstr(why, "alloc")) {
+        *status = MESH_TOO_LARGE;
+        return "it needs more memory than the reader is allowed";
+    }
+    if (strstr(why, "No suitable reader")) {
+        return "no reader knows this kind of file";
+    }
+    return why[0] ? why : "damaged, or of no known kind";
+}
+
+static int answer(const char *path, const ClipQuery *query, int fd) {
     Sender *s = calloc(1, sizeof *s);
+    Arena arena = {0};
+    MeshStatus status;
+    bool joins;
     if (!s) {
         return 0;
     }
     s->fd = fd;
-    s->scene = aiImportFile(path, aiProcess_Triangulate | aiProcess_JoinIdenticalVertices |
-                                      aiProcess_SortByPType | aiProcess_ValidateDataStructure);
-    if (!s->scene || !s->scene->mRootNode) {
-        refuse_import(s, aiGetErrorString());
+    exhausted_sender = s;
+    exhausted_clips = query != NULL;
+    arena_on_exhausted(exhausted);
+    const struct aiScene *scene = import(path, &joins);
+    const char *why = scene ? NULL : why_not(&status);
+    if (why && query) {
+        refuse_clips(s, NULL, status, why);
+    } else if (why) {
+        refuse(s, status, why);
     } else {
-        send_scene(s);
+        const Skin *skin = skin_new(&arena, scene, joins);
+        if (query) {
+            send_clips(s, &arena, skin, query);
+        } else {
+            send_mesh(s, &arena, skin);
+        }
+        aiReleaseImport(scene);
     }
     flush(s);
     int done = !s->failed;
-    if (s->scene) {
-        aiReleaseImport(s->scene);
-    }
+    arena_free(&arena);
     free(s);
     return done;
+}
+
+int mesh_assimp_send(const char *path, int fd) {
+    return answer(path, NULL, fd);
+}
+
+int mesh_assimp_send_clips(const ClipQuery *query, int fd) {
+    return answer(query->path, query, fd);
 }

@@ -13,6 +13,9 @@ MeshStatus mesh_obj_read(Arena *arena, MeshText *text, Mesh *mesh);
 MeshStatus mesh_ply_read(Arena *arena, MeshText *text, Mesh *mesh);
 MeshStatus mesh_stl_read(Arena *arena, MeshText *text, Mesh *mesh);
 
+// Whether one of them reads the file that begins like this, instead of Assimp.
+bool mesh_is_read_here(const char *path, const char *start, size_t n_start);
+
 // By content: a binary STL states its own length, an ASCII one begins with "solid".
 bool mesh_stl_is_binary(const char *bytes, size_t n);
 

@@ -33,7 +33,7 @@ void mesh_child_assimp(const void *path, int fd) {
 
 // ---- in the parent
 
-static MeshStatus explain(const Child *child, int status, char *message, size_t n) {
+MeshStatus mesh_child_explain(const Child *child, int status, char *message, size_t n) {
     int by = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
     if (child->is_late || by == SIGXCPU) {
         snprintf(message, n, "the reader in its own process took too long and was stopped");
@@ -83,11 +83,10 @@ static MeshStatus check(Mesh *mesh, char *message, size_t n) {
     return MESH_OK;
 }
 
-// The child's sentence, as one line of printable text, without the full stop.
-static void copy_message(const MeshStream *header, char *message, size_t n) {
+void mesh_child_text(const char *from, size_t size, char *message, size_t n) {
     size_t length = 0;
-    while (length < sizeof header->message && length + 1 < n && header->message[length]) {
-        unsigned char c = (unsigned char)header->message[length];
+    while (length < size && length + 1 < n && from[length]) {
+        unsigned char c = (unsigned char)from[length];
         message[length++] = c < 0x20 || c == 0x7f ? ' ' : (char)c;
     }
     message[length] = '\0';
@@ -111,10 +110,10 @@ MeshStatus mesh_child_read(Arena *arena, ChildBody *body, const void *argument,
     is_whole = is_refused || (is_whole && receive_arrays(&child, arena, &header, mesh));
     int status = child_stop(&child, !is_whole);
     if (!is_whole) {
-        return explain(&child, status, message, n);
+        return mesh_child_explain(&child, status, message, n);
     }
     if (is_refused) {
-        copy_message(&header, message, n);
+        mesh_child_text(header.message, sizeof header.message, message, n);
         return (MeshStatus)header.status;
     }
     return check(mesh, message, n);

@@ -11,6 +11,16 @@
 MeshStatus mesh_child_read(Arena *arena, ChildBody *body, const void *argument,
                            const ChildLimits *limits, Mesh *mesh, char *message, size_t n);
 
+// Memory and time of a child that reads a file by Assimp.
+static const ChildLimits mesh_child_limits = {
+    .memory = (size_t)4 << 30, .seconds = 60, .wait = 120};
+
+// Why a child ended early, whose status is that of child_stop.
+MeshStatus mesh_child_explain(const Child *child, int status, char *message, size_t n);
+
+// The child's text from[size], to its NUL if there is one, as one line of printable text.
+void mesh_child_text(const char *from, size_t size, char *message, size_t n);
+
 // The body that reads the file `path` (the argument, a string) by Assimp.
 void mesh_child_assimp(const void *path, int fd);
 

@@ -27,14 +27,14 @@ static uint32_t find_key(const VertexTrack *track, double seconds, double *f) {
     return lo;
 }
 
-void track_run(const VertexTrack *track, double seconds, const uint32_t *which, size_t n,
-               double *const out[3]) {
+void track_run(const VertexTrack *track, double seconds, const uint32_t *which, size_t first,
+               size_t n, double *const out[3]) {
     double f;
     uint32_t key = find_key(track, seconds, &f);
     size_t step = 3 * (size_t)track->n_vertices;
     const float *a = track->offset + key * step, *b = f > 0 ? a + step : a;
     for (size_t i = 0; i < n; i++) {
-        size_t at = 3 * (which ? which[i] : i);
+        size_t at = 3 * (which ? which[i] : first + i);
         for (size_t c = 0; c < 3; c++) {
             double x = a[at + c], y = b[at + c];
             out[c][i] = track->center[c] + ((1 - f) * x + f * y);

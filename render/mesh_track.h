@@ -5,9 +5,9 @@
 
 #include "render/mesh.h"
 
-// The places of the vertices which[0..n) (NULL: of the first n) at an instant: out[c][0..n).
-void track_run(const VertexTrack *track, double seconds, const uint32_t *which, size_t n,
-               double *const out[3]);
+// The places of the vertices which[0..n) (NULL: of n from `first` on) at an instant: out[c][0..n).
+void track_run(const VertexTrack *track, double seconds, const uint32_t *which, size_t first,
+               size_t n, double *const out[3]);
 
 // Each triangle as four, cut at the middles of its edges, which neighbours share. The vertices keep
 // their numbers, those of the middles follow; normals and texture coordinates are halfway between

@@ -190,7 +190,7 @@ static void run_track(const MoverPart *part, double seconds, ProgramInputs *in, 
         in->at[IN_PX + c] = p[c];
         in->varying |= 1u << (IN_PX + c);
     }
-    track_run(part->track, seconds, part->which, part->n, p);
+    track_run(part->track, seconds, part->which, part->first, part->n, p);
 }
 
 // The points at one time of theirs.
@@ -255,6 +255,8 @@ static MoverPart slice_part(const MoverPart *part, size_t first, size_t n, uint3
     MoverPart slice = *part;
     slice.n = n;
     slice.rest = part->rest ? part->rest + width * first : NULL;
+    slice.which = part->which ? part->which + first : NULL;
+    slice.first = part->first + first;
     for (uint32_t input = 0; input < IN_COUNT; input++) {
         if (part->in.varying >> input & 1) {
             slice.in.at[input] += first;

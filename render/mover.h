@@ -13,7 +13,8 @@ typedef struct {
     size_t n;
     const double *rest;       // [n][width]: the values where points and track are NULL
     const VertexTrack *track; // the positions that points reads, or goes without
-    const uint32_t *which;    // [n]: the vertices of the track; NULL: the first n
+    const uint32_t *which;    // [n]: the vertices of the track; NULL: n from `first` on
+    size_t first;
     const Program *points;    // 3 outputs, for spheres 4
     const Program *fade;      // as Shape.fade; NULL: none
     const Program *transform; // 12 outputs, applied to the points; NULL: none

@@ -430,7 +430,7 @@ static size_t make_cache(unsigned char *to, bool is_mdd) {
 }
 
 static void run_track(const VertexTrack *track, double t, double *out[3]) {
-    track_run(track, t, NULL, track->n_vertices, out);
+    track_run(track, t, NULL, 0, track->n_vertices, out);
 }
 
 // The number that should stand there at t, given the samples' times.
@@ -505,6 +505,13 @@ static void caches_are_their_files_numbers(void **state) {
     assert_near(a[0], x[1] + 0.6, 1e-12);
     assert_near(b[1], y[7], 0);
     assert_near(c[2], z[11], 0);
+    // Some of all, and some of a few.
+    mover_run_some(&mover, 5, 4, 0.6, &arena, got);
+    assert_near(a[0], x[5] + 0.6, 1e-12);
+    assert_near(b[3], y[8], 0);
+    mover_run_some(&few, 1, 2, 0.6, &arena, got);
+    assert_near(a[0], x[7] + 0.6, 1e-12);
+    assert_near(c[1], z[11], 0);
     arena_free(&arena);
     end_files(&f);
 }

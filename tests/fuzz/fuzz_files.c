@@ -14,6 +14,7 @@
 
 #include "render/infile.h"
 #include "render/mesh_child.h"
+#include "render/mesh_clips.h"
 #include "render/sky_image.h"
 #include "render/outfile.h"
 #include "tests/fuzz/fuzz_redirect.h"
@@ -323,6 +324,19 @@ MeshStatus mesh_child_read(Arena *arena, ChildBody *body, const void *argument,
     (void)mesh;
     snprintf(message, n, "it is of no kind that is known here");
     return MESH_BAD_FORMAT;
+}
+
+MeshStatus mesh_clips_read(Arena *arena, const char *path, const char *const *names,
+                           uint32_t n_names, PointCache *places, MeshClips *clips, char *message,
+                           size_t n) {
+    (void)arena;
+    (void)path;
+    (void)names;
+    (void)n_names;
+    *places = (PointCache){0};
+    *clips = (MeshClips){0};
+    snprintf(message, n, "it has no clips");
+    return MESH_NO_CLIP;
 }
 
 bool outfile_open(OutFile *file, const char *path, char *message, size_t n) {

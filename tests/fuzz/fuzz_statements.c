@@ -21,6 +21,7 @@ static void write_value(Writer *w, const PropertyInfo *info, int depth) {
                                       [PROPERTY_TYPE_ANGLE] = WRITE_ANGLE,
                                       [PROPERTY_TYPE_BOOL] = WRITE_BOOL,
                                       [PROPERTY_TYPE_STRING] = WRITE_STRING,
+                                      [PROPERTY_TYPE_STRINGS] = WRITE_STRING,
                                       [PROPERTY_TYPE_VEC2] = WRITE_VEC2,
                                       [PROPERTY_TYPE_VEC3] = WRITE_VEC3,
                                       [PROPERTY_TYPE_COLOR] = WRITE_COLOR,
