@@ -21,7 +21,7 @@ PACKAGES := gcc g++ make pkg-config libopenexr-dev libopenimageio-dev libsleef-d
             zlib1g-dev libsundials-dev libode-dev libcmocka-dev mandoc clang-format clang \
             libclang-rt-dev
 # For the benchmarks alone.
-BENCH_PACKAGES := libembree-dev
+BENCH_PACKAGES := libembree-dev gnuplot-nox
 OTHERS_PACKAGES := povray openimageio-tools
 GALLERY_PACKAGES := openimageio-tools fonts-dejavu-core
 
@@ -180,13 +180,16 @@ bench:
 run-bench: $(B)/bench-accel
 	$(B)/bench-accel $(if $(obj),--obj $(obj)) $(bench)
 
-# A million instances, each with a clock of its own, beside duplicated data and Embree's instances.
+# A million instances, each with a clock of its own, beside duplicated data and Embree's instances;
+# as a plot: out/instances.png.
 .PHONY: bench-instances run-bench-instances
 bench-instances:
 	@$(MAKE) --no-print-directory deps MORE_PACKAGES="$(BENCH_PACKAGES)"
 	@$(MAKE) --no-print-directory run-bench-instances
 run-bench-instances: $(B)/bench-instances
-	$(B)/bench-instances $(if $(obj),--obj $(obj)) $(bench)
+	@mkdir -p out
+	$(B)/bench-instances $(if $(obj),--obj $(obj)) --tsv out/instances.tsv $(bench)
+	gnuplot -e "table='out/instances.tsv'; plot='out/instances.png'" tests/bench/instances.gp
 
 # Deforming against a loop in C, loading against POV-Ray, where that is installed.
 .PHONY: bench-lang
