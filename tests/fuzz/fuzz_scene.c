@@ -258,9 +258,17 @@ static void check_shape(const Scene *scene, const Shape *shape) {
             fail("'%s' has no vertex %u", shape->label, mesh->index[i]);
         }
     }
-    const Program *programs[] = {shape->vertex,    shape->geometry,
-                                 shape->transform, shape->visible,
-                                 shape->breaks,    scene->materials[shape->material].program};
+    const Program *programs[] = {shape->vertex,
+                                 shape->geometry,
+                                 shape->transform,
+                                 shape->visible,
+                                 shape->breaks,
+                                 shape->clock,
+                                 shape->fade,
+                                 shape->pace,
+                                 shape->outer,
+                                 shape->inner,
+                                 scene->materials[shape->material].program};
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++) {
         check_program(programs[i], shape->loops, shape->n_loops);
     }

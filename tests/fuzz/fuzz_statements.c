@@ -178,6 +178,45 @@ static void write_copy(Writer *w, int depth) {
     write_block(w, depth);
 }
 
+static void write_span(Writer *w, int depth) {
+    if (fuzz_one_in(w, 4)) {
+        fuzz_write(w, WRITE_RANGE, depth);
+    } else {
+        fuzz_put(w, "%us..%us", fuzz_random(w, 3), 1 + fuzz_random(w, 3));
+    }
+}
+
+static void write_play(Writer *w, int depth) {
+    static const char *const names[] = {"at", "fade", "speed", "parts"};
+    fuzz_put(w, fuzz_one_in(w, 4) ? "play(i < 1 ? a : b" : "play(%c", "ab"[fuzz_random(w, 2)]);
+    for (int k = 0; k < 4; k++) {
+        if (fuzz_one_in(w, 2)) {
+            fuzz_put(w, ", %s = ", names[k]);
+            fuzz_write(w, WRITE_NUMBER, depth);
+        }
+    }
+    fuzz_put(w, fuzz_one_in(w, 4) ? ", once = true)" : ")");
+}
+
+// A def with clips, and an instance that plays them, perhaps many.
+static void write_clips(Writer *w, int depth) {
+    fuzz_put(w, "def K { clip a = ");
+    write_span(w, depth);
+    fuzz_put(w, "  clip b = ");
+    write_span(w, depth);
+    fuzz_put(w, "\n");
+    fuzz_write_statement(w, depth - 1);
+    fuzz_write_statement(w, depth - 1);
+    fuzz_put(w, "}\nfor i in 0..%u { instance K { clips = [a", fuzz_random(w, 4));
+    for (uint32_t k = 0, n = fuzz_random(w, 4); k < n; k++) {
+        fuzz_put(w, ", ");
+        write_play(w, depth - 1);
+    }
+    fuzz_put(w, "]\n");
+    write_transform(w, depth - 1);
+    fuzz_put(w, "} }\n");
+}
+
 static void write_condition(Writer *w, int depth) {
     fuzz_put(w, fuzz_one_in(w, 8) ? "when " : "if ");
     fuzz_write(w, WRITE_BOOL, depth);
@@ -236,7 +275,10 @@ void fuzz_write_statement(Writer *w, int depth) {
         fuzz_put(w, "sphere { }\n");
         return;
     }
-    switch (fuzz_random(w, 15)) {
+    switch (fuzz_random(w, 16)) {
+    case 15:
+        write_clips(w, depth);
+        break;
     case 14:
         fuzz_write_sim(w, depth);
         break;
