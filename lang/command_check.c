@@ -30,7 +30,7 @@ static void print_motion(void *context, const ShapeMotion *motion) {
              motion->shape->label, fading, motion->shape->n_instances);
     printf("%-28s %-10s %12.3g %9u %10.2g %12zu\n", label, kind, motion->pixels_per_frame,
            motion->n_keys, motion->error_pixels, motion->bytes);
-    if (deforms && motion->n_prototypes > 1) {
+    if (motion->shape->clock && motion->n_prototypes > 1) {
         printf("  with %u prototypes, vertex arrays that differ\n", motion->n_prototypes);
     }
 }

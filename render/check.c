@@ -7,10 +7,10 @@
 
 enum {
     VIEWS = 8, // instances of a shape whose speed is measured
-    PAIRS = 5, // of instants in an opening between which it is
+    LOOKS = 5, // at how many instants of an opening
 };
 
-// Frame periods between the two instants of a pair.
+// Frame periods between neighbours of three instants.
 static const double STEP = 1.0 / 256;
 
 typedef struct {
@@ -26,7 +26,7 @@ typedef struct {
     const Shape *shape;
     const double *loops;
     Mover probe;
-    double *at[2][4];
+    double *at[3][4]; // at moments that follow each other
 } Runner;
 
 static Runner runner_new(Arena *arena, const Scene *scene, const Shape *shape, uint32_t instance) {
@@ -39,7 +39,7 @@ static Runner runner_new(Arena *arena, const Scene *scene, const Shape *shape, u
     mover_set_loops(&part->in, shape, instance);
     Mover all = {part, 1, is_mesh ? 3 : 4, part->n};
     r.probe = sample_choose(arena, &all, film_first_seconds(scene));
-    for (uint32_t k = 0; k < 2 * all.width; k++) {
+    for (uint32_t k = 0; k < 3 * all.width; k++) {
         r.at[k / all.width][k % all.width] = ARENA_ARRAY(arena, r.probe.n, double);
     }
     return r;
@@ -50,9 +50,13 @@ typedef struct {
     Affine map;
 } Moment;
 
+// False: it is not there.
 static bool moment_at(const Runner *r, int which, Instant at, Moment *moment) {
     double in[IN_COUNT], seconds = instant_seconds(at, r->scene->film.fps);
     Arena scratch = {0};
+    if (!shape_is_visible(r->shape, r->loops, seconds)) {
+        return false;
+    }
     mover_run(&r->probe, shape_seconds(r->shape, r->loops, seconds), &scratch, r->at[which]);
     arena_free(&scratch);
     moment->camera = camera_at(r->scene, seconds);
@@ -60,36 +64,49 @@ static bool moment_at(const Runner *r, int which, Instant at, Moment *moment) {
     return affine_run(r->shape->transform, in, &moment->map);
 }
 
-// Pixels between two places of a point: in the picture where the camera sees both, else by the
-// distance.
+// In the picture or nearer to it than its size: a point right beside the camera is anywhere.
+static bool is_near_picture(const Camera *camera, double x, double y) {
+    double w = camera->width, h = camera->height;
+    return x >= -w && x <= 2 * w && y >= -h && y <= 2 * h;
+}
+
+// Pixels between two places of a point in the picture; 0 where the camera does not see them.
 static double pixels_between(const Moment m[2], Vec3 a, Vec3 b) {
     double ax, ay, bx, by, scale;
-    if (!m[0].camera.is_valid || !m[1].camera.is_valid) {
+    if (!m[0].camera.is_valid || !m[1].camera.is_valid ||
+        !camera_project(&m[0].camera, a, &ax, &ay, &scale) ||
+        !camera_project(&m[1].camera, b, &bx, &by, &scale) ||
+        !is_near_picture(&m[0].camera, ax, ay) || !is_near_picture(&m[1].camera, bx, by)) {
         return 0;
     }
-    if (camera_project(&m[0].camera, a, &ax, &ay, &scale) &&
-        camera_project(&m[1].camera, b, &bx, &by, &scale)) {
-        double across = bx - ax;
-        if (m[0].camera.kind == CAMERA_SPHERICAL) { // the short way around
-            across -= m[0].camera.width * rint(across / m[0].camera.width);
-        }
-        return hypot(across, by - ay);
+    double across = bx - ax;
+    if (m[0].camera.kind == CAMERA_SPHERICAL) { // the short way around
+        across -= m[0].camera.width * rint(across / m[0].camera.width);
     }
-    return vec3_length(vec3_sub(b, a)) * sample_pixels(&m[1].camera, b);
+    return hypot(across, by - ay);
+}
+
+// The slower of two steps that follow each other: what jumps, a clock or a place that starts anew,
+// does so in one of them.
+static double point_speed(const Moment m[3], const Vec3 p[3]) {
+    double first = pixels_between(m, p[0], p[1]), second = pixels_between(m + 1, p[1], p[2]);
+    double pixels = fmin(first, second);
+    return isfinite(first) && isfinite(second) ? pixels / STEP : 0;
 }
 
 static double speed_at(const Runner *r, Instant at) {
-    Moment m[2];
+    Moment m[3];
     double most = 0;
-    bool is_there = moment_at(r, 0, at, &m[0]);
-    is_there &= moment_at(r, 1, instant_at(at.frame, at.frac + STEP), &m[1]);
+    bool is_there = true;
+    for (int k = 0; k < 3 && is_there; k++) {
+        is_there = moment_at(r, k, instant_at(at.frame, at.frac + k * STEP), &m[k]);
+    }
     for (size_t i = 0; i < r->probe.n && is_there; i++) {
-        Vec3 p[2];
-        for (int k = 0; k < 2; k++) {
+        Vec3 p[3];
+        for (int k = 0; k < 3; k++) {
             p[k] = affine_point(&m[k].map, vec3(r->at[k][0][i], r->at[k][1][i], r->at[k][2][i]));
         }
-        double pixels = pixels_between(m, p[0], p[1]);
-        most = isfinite(pixels) ? fmax(most, pixels / STEP) : most;
+        most = fmax(most, point_speed(m, p));
     }
     return most;
 }
@@ -107,8 +124,8 @@ static void measure_speed(Check *check, uint32_t s, const World *world) {
         Runner runner = runner_new(&arena, check->scene, shape, instance);
         for (size_t o = 0; o < world->n_openings; o++) {
             const Opening *open = &world->openings[o];
-            for (int k = 0; k < PAIRS; k++) {
-                double frac = open->lo + (open->hi - open->lo) * k / PAIRS;
+            for (int k = 0; k < LOOKS; k++) {
+                double frac = open->lo + (open->hi - open->lo) * k / LOOKS;
                 double speed = speed_at(&runner, instant_at(open->frame, frac));
                 motion->pixels_per_frame = fmax(motion->pixels_per_frame, speed);
             }

@@ -113,7 +113,7 @@ bool render_checkpoint_path(const char *picture, char *path, size_t size);
 typedef struct {
     const Shape *shape;
     uint32_t n_keys;         // instants sampled, 1: does not deform
-    double pixels_per_frame; // the fastest vertex, seen from the camera
+    double pixels_per_frame; // the fastest vertex that the camera sees, but for jumps
     double error_pixels;     // estimated, of linear motion between the instants
     size_t bytes;            // of vertex arrays, all instances
     uint32_t n_prototypes;   // vertex arrays that its instances need, each with a tree
