@@ -12,6 +12,7 @@ struct BoxTree {
     Kd4Tree tree;      // without nodes where the memory did not hold any: then all boxes are asked
     BoxSegment *boxes; // padded
     uint32_t n_boxes, n_ticks;
+    uint32_t *start; // [n_ticks]: the first node that does not split time; NULL: the root for all
 };
 
 // ---- Building
@@ -61,6 +62,21 @@ static void build_tree(BoxTree *tree, const double *share, const AccelOptions *o
     budget_resize(budget, prefix, prefix ? ((size_t)tree->n_ticks + 1) * sizeof(double) : 0, 0);
 }
 
+// Each tick has its tree: a block of frames costs its rays no more than one frame.
+static void find_starts(BoxTree *tree, Budget *budget) {
+    const Kd4Node *nodes = tree->tree.nodes;
+    size_t size = tree->n_ticks * sizeof *tree->start;
+    bool is_split = nodes && kd4_tag(nodes[KD4_ROOT]) == KD4_TIME;
+    tree->start = is_split ? budget_resize(budget, NULL, 0, size) : NULL;
+    for (uint32_t tick = 0; tree->start && tick < tree->n_ticks; tick++) {
+        uint32_t at = KD4_ROOT;
+        while (kd4_tag(nodes[at]) == KD4_TIME) {
+            at = kd4_index(nodes[at]) + (tick >= nodes[at].tick);
+        }
+        tree->start[tick] = at;
+    }
+}
+
 BoxTree *boxtree_build(const BoxSegment *segments, size_t n, uint32_t n_ticks,
                        const double *tick_share, const AccelOptions *options, AccelStats *stats) {
     AccelStats own = {.n_prims = n};
@@ -83,6 +99,7 @@ BoxTree *boxtree_build(const BoxSegment *segments, size_t n, uint32_t n_ticks,
     own.segment_bytes = (n ? n : 1) * sizeof *boxes;
     budget.used = budget.peak = sizeof *tree + own.segment_bytes;
     build_tree(tree, tick_share, options, &budget, &own);
+    find_starts(tree, &budget);
     own.tree_bytes = boxtree_bytes(tree) - own.segment_bytes;
     own.peak_bytes = budget.peak;
     if (stats) {
@@ -92,7 +109,8 @@ BoxTree *boxtree_build(const BoxSegment *segments, size_t n, uint32_t n_ticks,
 }
 
 size_t boxtree_bytes(const BoxTree *tree) {
-    return sizeof *tree + (tree->n_boxes ? tree->n_boxes : 1) * sizeof *tree->boxes +
+    return (tree->start ? tree->n_ticks * sizeof *tree->start : 0) + sizeof *tree +
+           (tree->n_boxes ? tree->n_boxes : 1) * sizeof *tree->boxes +
            (tree->tree.nodes ? kd4_bytes(&tree->tree) : 0);
 }
 
@@ -104,6 +122,7 @@ void boxtree_destroy(BoxTree *tree) {
     if (tree) {
         free(tree->tree.nodes);
         free(tree->tree.list);
+        free(tree->start);
         free(tree->boxes);
         free(tree);
     }
@@ -176,7 +195,7 @@ static uint32_t step(const Walk *w, Kd4Node node, BoxInterval *t, Waiting *stack
 static void walk_tree(Walk *w, BoxInterval t) {
     Waiting stack[KD4_STACK];
     int n_waiting = 0;
-    uint32_t at = KD4_ROOT;
+    uint32_t at = w->tree->start ? w->tree->start[w->tick] : KD4_ROOT;
     for (;;) {
         Kd4Node node = w->tree->tree.nodes[at];
         w->n_nodes++;
