@@ -22,7 +22,6 @@ static const double OPEN_GRID = 1.0 / 1024;
 
 typedef struct {
     World *world;
-    const Opening *openings; // one for each cell
     BoxSegment *segments;
     size_t n, capacity;
     Arena arena;
@@ -97,12 +96,13 @@ static Bounds bounds_of(const World *world, uint32_t id, int64_t frame, double l
     return b;
 }
 
-static void add_span(Top *top, uint32_t id, uint32_t cell, uint32_t tick0, uint32_t tick1) {
+static void add_span(Top *top, uint32_t id, const Opening *open, uint32_t cell, uint32_t tick0,
+                     uint32_t tick1) {
     const World *world = top->world;
     const TickAxis *axis = &world->ticks;
     double lo = (double)tick0 / axis->per_cell, hi = (double)tick1 / axis->per_cell;
     int64_t frame = axis->cells[cell];
-    if (!clip_open(&top->openings[cell], &lo, &hi)) {
+    if (!clip_open(open, &lo, &hi)) {
         return;
     }
     Bounds swept = bounds_of(world, id, frame, lo, hi);
@@ -115,8 +115,8 @@ static void add_span(Top *top, uint32_t id, uint32_t cell, uint32_t tick0, uint3
         }
         if (half_area(swept) > SWEPT * still) {
             uint32_t mid = (tick0 + tick1) / 2;
-            add_span(top, id, cell, tick0, mid);
-            add_span(top, id, cell, mid, tick1);
+            add_span(top, id, open, cell, tick0, mid);
+            add_span(top, id, open, cell, mid, tick1);
             return;
         }
     }
@@ -130,6 +130,11 @@ static bool changes(const World *world, uint32_t id) {
     return set ? set->moves : body->moves || body->form->n_spans > 0;
 }
 
+// Where one opening's ticks end and those of the next one in its cell begin.
+static uint32_t tick_between(const TickAxis *axis, const Opening *open) {
+    return (uint32_t)(axis->per_cell * 0.5 * (open[0].hi + open[1].lo) + 0.5);
+}
+
 static void add_body(Top *top, uint32_t id) {
     const World *world = top->world;
     const TickAxis *axis = &world->ticks;
@@ -138,8 +143,13 @@ static void add_body(Top *top, uint32_t id) {
                     axis->n_cells * axis->per_cell);
         return;
     }
-    for (uint32_t c = 0; c < axis->n_cells; c++) {
-        add_span(top, id, c, 0, axis->per_cell);
+    const Opening *open = world->openings, *end = open + world->n_openings;
+    for (uint32_t cell = 0, tick = 0; open < end; open++) {
+        bool is_last = open + 1 == end || open[1].frame != open->frame;
+        uint32_t until = is_last ? axis->per_cell : tick_between(axis, open);
+        add_span(top, id, open, cell, tick, until);
+        tick = is_last ? 0 : until;
+        cell += is_last;
     }
 }
 
@@ -155,9 +165,11 @@ static void lay_out_ticks(World *world, const Opening *openings, size_t n) {
         n = 1; // time plays no part
     }
     axis->cells = ARENA_ARRAY(&world->arena, n, int64_t);
-    axis->n_cells = (uint32_t)n;
+    axis->n_cells = 0;
     for (size_t i = 0; i < n; i++) {
-        axis->cells[i] = openings[i].frame;
+        if (i == 0 || openings[i].frame != openings[i - 1].frame) {
+            axis->cells[axis->n_cells++] = openings[i].frame;
+        }
     }
 }
 
@@ -174,7 +186,7 @@ void top_build(World *world, const RenderOptions *options, AccelStats *stats) {
     Top *tops = ARENA_ARRAY(&scratch, n_chunks, Top);
 #pragma omp parallel for schedule(dynamic) num_threads(options->n_threads)
     for (uint32_t c = 0; c < n_chunks; c++) {
-        tops[c] = (Top){.world = world, .openings = world->openings};
+        tops[c].world = world;
         for (uint32_t i = c * CHUNK; i < n_things && i < (c + 1) * CHUNK; i++) {
             add_body(&tops[c], i);
         }

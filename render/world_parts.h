@@ -20,7 +20,7 @@ struct World {
     const Scene *scene;
     double fps;
     Assembly parts;
-    Opening *openings; // one for each cell that shutters reach, ascending
+    Opening *openings; // all that shutters see, ascending; far from each other within a cell
     size_t n_openings; // >= 1
     TickAxis ticks;
     Builds *builds; // over parts.forms

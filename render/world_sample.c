@@ -104,7 +104,10 @@ static int compare_openings(const void *a, const void *b) {
     return (o->lo > p->lo) - (o->lo < p->lo);
 }
 
-// One opening for each cell that the shutters reach, from the first one's start to the last's end.
+// Parts of a cell that are open this near to each other, in frame periods, are taken for one.
+static const double GAP = 0.25;
+
+// What of each cell the shutters see.
 static void gather_openings(World *world, const int64_t *frames, uint32_t n_frames) {
     size_t capacity = 0, all = 0, kept = 0;
     Opening *list = NULL;
@@ -118,7 +121,9 @@ static void gather_openings(World *world, const int64_t *frames, uint32_t n_fram
     }
     qsort(list, all, sizeof *list, compare_openings);
     for (size_t i = 0; i < all; i++) {
-        if (kept > 0 && list[kept - 1].frame == list[i].frame) {
+        bool is_near = kept > 0 && list[kept - 1].frame == list[i].frame &&
+                       list[i].lo - list[kept - 1].hi < GAP;
+        if (is_near) {
             list[kept - 1].hi = fmax(list[kept - 1].hi, list[i].hi);
         } else {
             list[kept++] = list[i];
