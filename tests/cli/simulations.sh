@@ -158,6 +158,54 @@ END
     all_below 1e-9
 }
 
+# Statements that are chosen, once, and repeated, in the block and in events.
+test_sim_for_and_if() {
+    cat >a.st4 <<'END'
+sphere { }
+param bounces = true
+sim state Marks { // one after another is passed, and says what it is worth
+  span = 0..4
+  at = 0  sum = 0
+  for k in 1..3 {
+    let worth = 10^(k - 1)
+    when at > k { sum = sum + worth }
+  }
+  at' = 1
+}
+sim state Ball {
+  if bounces { span = 0..3  h = 1 } else { span = 0..1  h = 1  w = 0  w' = h }
+  v = 0
+  h' = v
+  let g = 9.81
+  if g < 9 { v' = 1 } else if g < 10 { v' = -g } else { v' = 0 }
+  if bounces {
+    let keep = 0.8
+    when h < 0 { h = 0  if keep > 0.5 { v = -keep*v } else { v = 0 } }
+  }
+}
+sim state Sum { // within an event all read what was before
+  count = 3  span = 0..1
+  q = id  r = 0
+  q' = 1
+  when t > 0.5 { for k in 0..2 { let add = k*id  q = q + add  if k < 2 { r = k + 5 } } }
+}
+let g = 9.81
+let since = t - sqrt(2/g)
+let exact = since < 0 ? 1 - g/2*t^2 : 0.8*sqrt(2*g)*since - g/2*since^2
+END
+    at a.st4 '[0.2, 0.45, 0.4515, 0.4525, 0.6, 1.1]' 'Ball.h - exact'
+    all_below 1e-6
+    at a.st4 '[0.999999, 1.000001, 1.999999, 2.000001, 2.999999, 3.000001]' Marks.sum
+    [ "$(cut -d' ' -f2 <<<"$out" | tr '\n' ' ')" = '0 1 1 11 11 111 ' ] || fail "$out"
+    at a.st4 '[0.25, 0.75]' 'Sum.q[2] - (t < 0.5 ? 2 : 6) - t' 'Sum.r[1] - (t < 0.5 ? 0 : 6)'
+    all_below 1e-9
+    expect 1 "$ST4" eval a.st4 Ball.w --at 1
+    has "$err" "no member 'w'"
+    expect 0 "$ST4" eval a.st4 'Ball.w - (1 - 9.81/6)' --at 1 -D bounces=false
+    out=$(tail -n +2 <<<"$out" | tr '\t' ' ')
+    all_below 1e-6
+}
+
 test_sim_rest() {
     cat >a.st4 <<'END'
 film { frames = 1..72 }
@@ -268,6 +316,17 @@ test_sim_mistakes() {
     refused "$start q = 0  q' = 1 } sphere { radius = S.r }" "S has no member 'r'"
     refused "$start q = 0  q' = 1 } sphere { radius = S }" "write S.NAME"
     refused "$start tolerance = 0  q = 0  q' = 1 }" 'tolerance'
+    refused "$start q = 0  q' = 1  if id > 0 { v = 1 } }" "the condition of 'if' must be known"
+    refused "$start q = 0  q' = 1  if q > 0 { v = 1 } }" "nothing is called 'q' here"
+    refused "$start q = 0  q' = 1  when q > 0 { if q > 1 { q = 0 } } }" 'it is decided once, for all members'
+    refused "$start q = 0  for k in 0..t { when q > k { q = 0 } } }" 'the end of a range must be known'
+    refused "$start q = 0  for k in 0..9 { q' = k } }" "the rate of 'q' is given twice"
+    errors "$err" 1
+    refused "$start q = 0  q' = 1  for k in 0..9 { sphere { } } }" "'sim state' holds settings"
+    errors "$err" 1
+    refused "$start q = 0  q' = 1  for k in 0..999 { when q > k { q = 0 } } }" 'more than 256 events'
+    errors "$err" 1
+    refused "$start q = 0  q' = 1  when q > 0 { q' = 3 } }" 'an event holds assignments'
     start="sphere { } sim state S { count = 3  q = id  q' = "
     refused "$start near(1, 1, sin) }" 'near wants a place of all members of S'
     refused "$start near(S.q, 0, sin) }" 'the radius of near is more than 0'
