@@ -276,6 +276,7 @@ static void bind_states(Block *b) {
     SimState *spec = &sim->spec;
     Ref id = dag_input(ev->dag, IN_I), any = dag_input(ev->dag, IN_X);
     spec->n_states = b->n_states;
+    spec->there = ARENA_ARRAY(ev->arena, spec->n_members, double);
     spec->live = ARENA_ARRAY(ev->arena, (size_t)spec->n_states * spec->n_members, double);
     for (uint32_t i = 0; i < sim->n_variables; i++) {
         SimVariable *variable = &sim->variables[i];
@@ -519,16 +520,6 @@ static void compile_all(Block *b, const Ref *rates) {
     hash_add(&sim->key, numbers, sizeof numbers);
 }
 
-static void check_members(Block *b) {
-    const Line *line = b->born.statement ? &b->born : &b->dies;
-    if (b->sim->spec.is_coupled && line->statement) {
-        eval_error(b->ev, &line->env, node_of(b, line->statement)->b, NULL,
-                   "not supported yet: %s where members read each other",
-                   line == &b->born ? "born" : "dies");
-        b->is_bad = true;
-    }
-}
-
 bool eval_sim_state(Eval *ev, Sim *sim) {
     Block *b = ARENA_NEW(ev->arena, Block);
     *b = (Block){.ev = ev, .sim = sim};
@@ -540,6 +531,7 @@ bool eval_sim_state(Eval *ev, Sim *sim) {
                          .is_identity = true};
     sim->variables = ARENA_ARRAY(ev->arena, MAX_VARIABLES, SimVariable);
     sim->n_variables = 0;
+    sim->alive_within = NULL;
     sim->spec = (SimState){0};
     sim->key = (Hash128){0};
     eval_declare(ev, &b->env, sim->block);
@@ -557,6 +549,7 @@ bool eval_sim_state(Eval *ev, Sim *sim) {
         b->is_bad = true;
     }
     if (!b->is_bad) {
+        compile_life(b); // which reads no states
         bind_states(b);
         Ref *rates = ARENA_ARRAY(ev->arena, b->n_states, Ref);
         for (uint32_t i = 0; i < b->n_states; i++) {
@@ -565,9 +558,7 @@ bool eval_sim_state(Eval *ev, Sim *sim) {
         SimNears *outer = ev->nears, *nears = sim_nears_new(ev, sim);
         ev->nears = nears;
         read_dynamics(b, rates);
-        compile_life(b);
         ev->nears = outer;
-        check_members(b);
         b->is_bad = b->is_bad || ev->unroll || diag_n_errors(ev->diag) > n_errors;
         if (!b->is_bad) {
             compile_all(b, rates);
