@@ -91,22 +91,23 @@ void eval_declare(Eval *ev, const Env *env, NodeId block) {
 
 // ---- Choices and loops
 
+static const char decided_once[] =
+    "what exists is decided once: write visible = ... in the objects";
+
 // The block that an `if` chooses, 0: none, or its condition is not known (reported, or asked for).
-NodeId eval_chosen_block(Eval *ev, const Env *env, NodeId statement) {
+NodeId eval_chosen_block(Eval *ev, const Env *env, NodeId statement, const char *hint) {
     const Node *node = syntax_node(env->module->syntax, statement);
     const uint32_t *extra = env->module->syntax->extra + node->b;
     Value condition = eval_expr(ev, env, node->a);
     bool is_true = false;
-    if (!eval_need_bool(ev, env, node->a, &condition, "the condition of 'if'",
-                        "what exists is decided once: write visible = ... in the objects",
-                        &is_true)) {
+    if (!eval_need_bool(ev, env, node->a, &condition, "the condition of 'if'", hint, &is_true)) {
         return 0;
     }
     if (is_true) {
         return extra[0];
     }
     if (extra[1] && syntax_node(env->module->syntax, extra[1])->kind == NODE_IF) {
-        return eval_chosen_block(ev, env, extra[1]);
+        return eval_chosen_block(ev, env, extra[1], hint);
     }
     return extra[1];
 }
@@ -226,7 +227,7 @@ void eval_gather(Eval *ev, const Env *env, Object *object, NodeId block) {
             loader_gather(ev, env, object, statement);
             break;
         case NODE_IF: {
-            NodeId chosen = eval_chosen_block(ev, env, statement);
+            NodeId chosen = eval_chosen_block(ev, env, statement, decided_once);
             if (chosen) {
                 Env inside = inner(ev, env);
                 eval_declare(ev, &inside, chosen);
@@ -408,7 +409,7 @@ void eval_emit_statement(Eval *ev, const Env *env, const Place *place, NodeId st
         eval_emit_run(ev, env, place, statement, has_objects, name);
         break;
     case NODE_IF: {
-        NodeId chosen = eval_chosen_block(ev, env, statement);
+        NodeId chosen = eval_chosen_block(ev, env, statement, decided_once);
         if (chosen) {
             Env inside = inner(ev, env);
             eval_declare(ev, &inside, chosen);

@@ -275,21 +275,31 @@ static Value unknown_member(Eval *ev, const Env *env, NodeId node, const Sim *si
                       "%s has no member '%s'", symbol_text(ev->symbols, sim->name), member);
 }
 
-// Within its own block: the states of all members at the instant at hand.
+// Within its own block: the states of all members at the instant at hand, or who is there.
 static Value member_within(Eval *ev, const Env *env, NodeId node, Sim *sim, SimVariable *variable,
                            const char *member) {
-    if (!variable) {
+    Dag *dag = ev->dag;
+    bool is_alive = !variable && strcmp(member, "alive") == 0;
+    if (!variable && !is_alive) {
         return unknown_member(ev, env, node, sim, member);
     }
+    if (!sim->spec.there) { // its states are not bound yet
+        return eval_error(ev, env, node, NULL,
+                          "start values, born and dies can not read the members");
+    }
+    Ref there =
+        dag_live(dag, dag_input(dag, IN_X), sim->spec.there, sim->spec.n_members, SIM_LIVE_THERE);
+    Value alive = value_scalar(VALUE_BOOL, op2(dag, OP_LT, dag_const(dag, 0.5), there));
+    const Value *each = is_alive ? &alive : &variable->each;
+    const List **list = is_alive ? &sim->alive_within : &variable->within;
     sim->spec.is_coupled = true;
     if (!sim->has_count) {
-        return at_index(ev, &variable->each, dag_const(ev->dag, 0));
+        return at_index(ev, each, dag_const(dag, 0));
     }
-    if (!variable->within) {
-        variable->within =
-            list_value(ev, sim->spec.n_members, &variable->each, dag_const(ev->dag, 1)).list;
+    if (!*list) {
+        *list = list_value(ev, sim->spec.n_members, each, dag_const(dag, 1)).list;
     }
-    return (Value){.type = VALUE_LIST, .list = variable->within};
+    return (Value){.type = VALUE_LIST, .list = *list};
 }
 
 // Before it begins nothing has happened yet: only what comes after its end is worth a word.

@@ -32,6 +32,9 @@ bool eval_transform_member(Eval *ev, const Value *transform, const char *member,
 
 // ---- Between the files lang/eval_sim*.c
 
+// What tells live tables apart: states count from 0, sums of near() from SIM_LIVE_SUMS.
+enum { SIM_LIVE_SUMS = 1 << 24, SIM_LIVE_THERE = SIM_LIVE_SUMS - 1 };
+
 typedef struct {
     Symbol name;
     Value start;      // its type and width
@@ -72,8 +75,9 @@ struct Sim {
     SimGroup *groups;
     Hash128 key;
     SimTracks tracks;
-    Ref alive;    // of the member IN_X at t
-    Ref *columns; // [n_states] likewise; REF_NONE: not made yet
+    Ref alive;                // of the member IN_X at t
+    const List *alive_within; // likewise within the block, at the instant; made when asked for
+    Ref *columns;             // [n_states] likewise; REF_NONE: not made yet
 };
 
 // lang/eval_sim_near.c: near(places, radius, f) within the block of a sim state; args: its three.

@@ -10,8 +10,7 @@
 
 enum {
     MAX_NEIGHBORHOODS = 16,
-    MAX_TERMS = 64,      // of a neighborhood
-    FIRST_SUM = 1 << 24, // what tells tables of sums from those of states
+    MAX_TERMS = 64, // of a neighborhood
     PAIR_INPUTS = 1u << IN_T | 1u << IN_FILM_T | 1u << IN_I | 1u << SIM_NEAR_OTHER
 };
 
@@ -53,7 +52,7 @@ static bool reads_sums(const Dag *dag, const Ref *refs, uint32_t n) {
     dag_walk(dag, refs, n, 0);
     for (uint32_t i = 0; i < dag->walk->n_order; i++) {
         const DagNode *node = &dag->nodes[dag->walk->order[i]];
-        if (node->op == OP_TABLE && dag->tables[node->b].live > FIRST_SUM) {
+        if (node->op == OP_TABLE && dag->tables[node->b].live > SIM_LIVE_SUMS) {
             return true;
         }
     }
@@ -120,7 +119,7 @@ static Ref sum_of(Eval *ev, SimNears *nears, Neighborhood *around, Ref term) {
     around->terms[k] = term;
     around->rows[k] = ARENA_ARRAY(ev->arena, n_members, double);
     around->sums[k] = dag_live(ev->dag, dag_input(ev->dag, IN_I), around->rows[k], n_members,
-                               FIRST_SUM + nears->n_sums++);
+                               SIM_LIVE_SUMS + nears->n_sums++);
     return around->sums[k];
 }
 
@@ -174,6 +173,7 @@ void sim_nears_finish(Eval *ev, SimNears *nears) {
         const double about[] = {around->places->first, around->radius, around->n};
         SimNear near = {.n_members = spec->n_members,
                         .n_axes = around->places->start.n,
+                        .there = spec->there,
                         .radius = around->radius,
                         .n_terms = around->n,
                         .sum = around->rows};

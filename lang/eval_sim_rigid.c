@@ -175,7 +175,8 @@ static void walk(RigidBlock *b, const Env *env, NodeId block, Pass pass) {
             break;
         case NODE_IF:
             if (pass != SETTINGS) {
-                NodeId chosen = eval_chosen_block(b->ev, env, statement);
+                NodeId chosen = eval_chosen_block(b->ev, env, statement,
+                                                  "what is in a simulation is decided once");
                 Env inside = {env->module, scope_new(b->ev->arena, env->scope)};
                 if (chosen) {
                     eval_declare(b->ev, &inside, chosen);

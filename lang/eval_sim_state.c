@@ -10,13 +10,27 @@
 enum { MAX_NAMES = 64, MAX_VARIABLES = 64, MAX_EVENTS = 256, MAX_ASSIGNED = 1024 };
 enum { STATE_INPUTS = 1u << IN_T | 1u << IN_FILM_T | 1u << IN_I };
 
+// A statement of the block, or of the choices and loops in it, where it stands.
+typedef struct {
+    Env env;
+    NodeId statement;  // 0: none
+    bool is_of_a_loop; // whose mistakes are reported once
+} Line;
+
+typedef struct {
+    Line *all;
+    uint32_t n;
+    size_t capacity;
+} Lines;
+
 // A block under evaluation.
 typedef struct {
     Eval *ev;
     Sim *sim;
-    Env env;
+    Env env;       // of the statement at hand
     Object object; // its settings
-    NodeId born, dies;
+    Lines lines;
+    Line born, dies;
     uint32_t n_states;
     Ref conditions[MAX_EVENTS], assigned[MAX_ASSIGNED];
     uint32_t assigned_when[MAX_ASSIGNED], assigned_state[MAX_ASSIGNED];
@@ -81,6 +95,95 @@ static const char *nearest_state(const Block *b, const char *name) {
     return near ? arena_printf(b->ev->arena, "did you mean '%s'?", near) : NULL;
 }
 
+// ---- Statements
+
+static void refuse(Block *b, NodeId statement, bool is_event) {
+    const Node *s = node_of(b, statement);
+    Span where = s->kind == NODE_OBJECT ? name_of(b, statement) : (Span){s->lo, s->lo + 1};
+    eval_error_at(b->ev, where, NULL,
+                  is_event ? "an event holds assignments to states: x = e"
+                           : "'sim state' holds settings, start values x = e, rates x' = e, and "
+                             "events when c { x = e }");
+    b->is_bad = true;
+}
+
+static void gather(Block *b, Lines *lines, NodeId block, bool is_event, bool is_of_a_loop);
+
+// The statements of a block within the one at hand; NULL value: it is not a loop's.
+static void gather_within(Block *b, Lines *lines, NodeId loop, const Value *value, NodeId block,
+                          bool is_event, bool is_of_a_loop) {
+    Env outer = b->env;
+    b->env = (Env){outer.module, scope_new(b->ev->arena, outer.scope)};
+    if (value) {
+        eval_bind_loop(b->ev, &b->env, loop, *value);
+    }
+    eval_declare(b->ev, &b->env, block);
+    gather(b, lines, block, is_event, is_of_a_loop);
+    b->env = outer;
+}
+
+static void gather_loop(Block *b, Lines *lines, NodeId loop, bool is_event) {
+    Sequence sequence;
+    unsigned n_errors = diag_n_errors(b->ev->diag); // the first value with a mistake is enough
+    if (!eval_loop_sequence(b->ev, &b->env, loop, &sequence)) {
+        b->is_bad = true;
+        return;
+    }
+    NodeId block = eval_loop_block(&b->env, loop);
+    for (uint32_t i = 0; i < sequence.n && diag_n_errors(b->ev->diag) == n_errors &&
+                         eval_step(b->ev, &b->env, loop);
+         i++) {
+        Value value = sequence_item(b->ev, &sequence, i);
+        gather_within(b, lines, loop, &value, block, is_event, true);
+    }
+}
+
+// Adds what stands in a block, that of chosen and repeated blocks included.
+static void gather(Block *b, Lines *lines, NodeId block, bool is_event, bool is_of_a_loop) {
+    const Syntax *syntax = b->env.module->syntax;
+    const Node node = *node_of(b, block);
+    for (uint32_t i = 0; i < node.b; i++) {
+        NodeId statement = syntax->extra[node.a + i], chosen;
+        switch (node_of(b, statement)->kind) {
+        case NODE_RATE:
+        case NODE_WHEN:
+            if (is_event) {
+                refuse(b, statement, is_event);
+                break;
+            } // fall through
+        case NODE_PROPERTY:
+            lines->all = arena_grow(b->ev->arena, lines->all, lines->n, &lines->capacity,
+                                    sizeof *lines->all);
+            lines->all[lines->n++] = (Line){b->env, statement, is_of_a_loop};
+            break;
+        case NODE_LET:
+        case NODE_FN:
+            break;
+        case NODE_FOR:
+            gather_loop(b, lines, statement, is_event);
+            break;
+        case NODE_IF:
+            chosen = eval_chosen_block(
+                b->ev, &b->env, statement,
+                "it is decided once, for all members: write c ? a : b in what is given");
+            if (chosen) {
+                gather_within(b, lines, 0, NULL, chosen, is_event, is_of_a_loop);
+            }
+            break;
+        default:
+            refuse(b, statement, is_event);
+            break;
+        }
+        eval_statement_ends(b->ev);
+    }
+}
+
+// Whether it is a statement of that kind that is to be read; it becomes the one at hand.
+static bool take_line(Block *b, const Line *line, NodeKind kind) {
+    b->env = line->env;
+    return node_of(b, line->statement)->kind == kind && !(line->is_of_a_loop && b->is_bad);
+}
+
 // ---- Start values and settings
 
 static void add_state(Block *b, NodeId statement) {
@@ -119,13 +222,13 @@ static void read_property(Block *b, NodeId statement) {
     const Node *s = node_of(b, statement);
     PropertyId id = schema_property(OBJECT_SIM_STATE, text_of(b, s->a));
     if (id == PROPERTY_SIM_STATE_BORN || id == PROPERTY_SIM_STATE_DIES) {
-        NodeId *at = id == PROPERTY_SIM_STATE_BORN ? &b->born : &b->dies;
-        if (*at) {
+        Line *at = id == PROPERTY_SIM_STATE_BORN ? &b->born : &b->dies;
+        if (at->statement) {
             eval_error_at(b->ev, name_of(b, statement), NULL, "%s is given twice",
                           text_of(b, s->a));
             b->is_bad = true;
         }
-        *at = s->b;
+        *at = (Line){b->env, statement, false};
     } else if (id != PROPERTY_COUNT) {
         eval_property(b->ev, &b->env, &b->object, statement);
     } else {
@@ -133,34 +236,10 @@ static void read_property(Block *b, NodeId statement) {
     }
 }
 
-static void refuse(Block *b, NodeId statement) {
-    const Node *s = node_of(b, statement);
-    Span where = s->kind == NODE_OBJECT ? name_of(b, statement) : (Span){s->lo, s->lo + 1};
-    eval_error_at(b->ev, where, NULL,
-                  s->kind == NODE_FOR || s->kind == NODE_IF
-                      ? "not supported yet: for and if in 'sim state'"
-                      : "'sim state' holds settings, start values x = e, rates x' = e, and events "
-                        "when c { x = e }");
-    b->is_bad = true;
-}
-
 static void read_starts(Block *b) {
-    const Syntax *syntax = b->env.module->syntax;
-    const Node *block = node_of(b, b->sim->block);
-    for (uint32_t i = 0; i < block->b; i++) {
-        NodeId statement = syntax->extra[block->a + i];
-        switch (node_of(b, statement)->kind) {
-        case NODE_PROPERTY:
-            read_property(b, statement);
-            break;
-        case NODE_LET:
-        case NODE_FN:
-        case NODE_RATE:
-        case NODE_WHEN:
-            break;
-        default:
-            refuse(b, statement);
-            break;
+    for (uint32_t i = 0; i < b->lines.n; i++) {
+        if (take_line(b, &b->lines.all[i], NODE_PROPERTY)) {
+            read_property(b, b->lines.all[i].statement);
         }
         eval_statement_ends(b->ev);
     }
@@ -197,6 +276,7 @@ static void bind_states(Block *b) {
     SimState *spec = &sim->spec;
     Ref id = dag_input(ev->dag, IN_I), any = dag_input(ev->dag, IN_X);
     spec->n_states = b->n_states;
+    spec->there = ARENA_ARRAY(ev->arena, spec->n_members, double);
     spec->live = ARENA_ARRAY(ev->arena, (size_t)spec->n_states * spec->n_members, double);
     for (uint32_t i = 0; i < sim->n_variables; i++) {
         SimVariable *variable = &sim->variables[i];
@@ -300,13 +380,6 @@ static Ref root_of(Dag *dag, Ref condition) {
 }
 
 static void read_assignment(Block *b, NodeId statement) {
-    if (node_of(b, statement)->kind != NODE_PROPERTY) {
-        const Node *s = node_of(b, statement);
-        eval_error_at(b->ev, (Span){s->lo, s->lo + 1}, NULL,
-                      "an event holds assignments to states: x = e");
-        b->is_bad = true;
-        return;
-    }
     SimVariable *variable = state_of(b, statement, "an assignment");
     if (!variable) {
         return;
@@ -342,25 +415,29 @@ static void read_event(Block *b, NodeId statement) {
     }
     bool is_bool = value_is(&condition, VALUE_BOOL);
     b->conditions[b->n_whens++] = is_bool ? root_of(ev->dag, condition.ref[0]) : REF_NONE;
-    const Node *block = node_of(b, s->b);
-    for (uint32_t i = 0; i < block->b; i++) {
-        read_assignment(b, b->env.module->syntax->extra[block->a + i]);
+    Lines lines = {0};
+    Env outer = b->env;
+    gather_within(b, &lines, 0, NULL, s->b, true, false);
+    for (uint32_t i = 0; i < lines.n; i++) {
+        if (take_line(b, &lines.all[i], NODE_PROPERTY)) {
+            read_assignment(b, lines.all[i].statement);
+        }
         eval_statement_ends(ev);
     }
+    b->env = outer;
 }
 
 static void read_dynamics(Block *b, Ref *rates) {
-    const Syntax *syntax = b->env.module->syntax;
-    const Node *block = node_of(b, b->sim->block);
-    for (uint32_t i = 0; i < block->b; i++) {
-        NodeId statement = syntax->extra[block->a + i];
-        if (node_of(b, statement)->kind == NODE_RATE) {
-            read_rate(b, statement, rates);
-        } else if (node_of(b, statement)->kind == NODE_WHEN) {
-            read_event(b, statement);
+    for (uint32_t i = 0; i < b->lines.n; i++) {
+        const Line *line = &b->lines.all[i];
+        if (take_line(b, line, NODE_RATE)) {
+            read_rate(b, line->statement, rates);
+        } else if (take_line(b, line, NODE_WHEN)) {
+            read_event(b, line->statement);
         }
         eval_statement_ends(b->ev);
     }
+    b->env = b->object.env;
     for (uint32_t i = 0; i < b->sim->n_variables; i++) {
         const SimVariable *variable = &b->sim->variables[i];
         const char *names[MAX_NAMES], *name = text_of(b, variable->name);
@@ -390,22 +467,25 @@ static const Program *compile(Block *b, const Ref *refs, uint32_t n) {
 static void compile_life(Block *b) {
     Dag *dag = b->ev->dag;
     Ref life[2] = {dag_const(dag, -INFINITY), dag_const(dag, INFINITY)};
-    const NodeId nodes[2] = {b->born, b->dies};
+    const Line *lines[2] = {&b->born, &b->dies};
     for (int i = 0; i < 2; i++) {
-        Value value = nodes[i] ? evaluate(b, nodes[i], i ? "dies" : "born", 1u << IN_I)
-                               : value_scalar(VALUE_NUMBER, life[i]);
+        b->env = lines[i]->statement ? lines[i]->env : b->object.env;
+        NodeId node = lines[i]->statement ? node_of(b, lines[i]->statement)->b : 0;
+        Value value = node ? evaluate(b, node, i ? "dies" : "born", 1u << IN_I)
+                           : value_scalar(VALUE_NUMBER, life[i]);
         bool is_time = value_is(&value, VALUE_NUMBER) &&
                        (!value.dimension || value.dimension == DIMENSION_TIME);
         if (!value_is_poison(&value) && !is_time) {
-            eval_error(b->ev, &b->env, nodes[i], NULL, "%s is a time, this is %s",
-                       i ? "dies" : "born", value_describe(b->ev->arena, &value));
+            eval_error(b->ev, &b->env, node, NULL, "%s is a time, this is %s", i ? "dies" : "born",
+                       value_describe(b->ev->arena, &value));
             b->is_bad = true;
         } else if (is_time) {
             life[i] = value.ref[0];
         }
         eval_statement_ends(b->ev);
     }
-    if (!b->is_bad && (b->born || b->dies)) {
+    b->env = b->object.env;
+    if (!b->is_bad && (b->born.statement || b->dies.statement)) {
         b->sim->spec.life = compile(b, life, 2);
     }
 }
@@ -440,15 +520,6 @@ static void compile_all(Block *b, const Ref *rates) {
     hash_add(&sim->key, numbers, sizeof numbers);
 }
 
-static void check_members(Block *b) {
-    if (b->sim->spec.is_coupled && (b->born || b->dies)) {
-        eval_error(b->ev, &b->env, b->born ? b->born : b->dies, NULL,
-                   "not supported yet: %s where members read each other",
-                   b->born ? "born" : "dies");
-        b->is_bad = true;
-    }
-}
-
 bool eval_sim_state(Eval *ev, Sim *sim) {
     Block *b = ARENA_NEW(ev->arena, Block);
     *b = (Block){.ev = ev, .sim = sim};
@@ -460,19 +531,25 @@ bool eval_sim_state(Eval *ev, Sim *sim) {
                          .is_identity = true};
     sim->variables = ARENA_ARRAY(ev->arena, MAX_VARIABLES, SimVariable);
     sim->n_variables = 0;
+    sim->alive_within = NULL;
     sim->spec = (SimState){0};
     sim->key = (Hash128){0};
     eval_declare(ev, &b->env, sim->block);
     scope_bind(ev->arena, b->env.scope, symbol_of(ev->symbols, "id", 2), BINDING_ARGUMENT)->value =
         value_scalar(VALUE_NUMBER, dag_input(ev->dag, IN_I));
     object_begin(ev, &b->object);
+    unsigned n_errors = diag_n_errors(ev->diag);
+    gather(b, &b->lines, sim->block, false, false);
     read_starts(b);
+    b->env = b->object.env;
     read_settings(b);
+    b->is_bad = b->is_bad || ev->unroll || diag_n_errors(ev->diag) > n_errors;
     if (sim->n_variables == 0 && !b->is_bad) {
         eval_error_at(ev, b->object.where, "write x = 0  x' = 1", "the simulation has no states");
         b->is_bad = true;
     }
     if (!b->is_bad) {
+        compile_life(b); // which reads no states
         bind_states(b);
         Ref *rates = ARENA_ARRAY(ev->arena, b->n_states, Ref);
         for (uint32_t i = 0; i < b->n_states; i++) {
@@ -481,9 +558,8 @@ bool eval_sim_state(Eval *ev, Sim *sim) {
         SimNears *outer = ev->nears, *nears = sim_nears_new(ev, sim);
         ev->nears = nears;
         read_dynamics(b, rates);
-        compile_life(b);
         ev->nears = outer;
-        check_members(b);
+        b->is_bad = b->is_bad || ev->unroll || diag_n_errors(ev->diag) > n_errors;
         if (!b->is_bad) {
             compile_all(b, rates);
             sim_nears_finish(ev, nears);

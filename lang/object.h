@@ -120,8 +120,9 @@ void eval_emit(Eval *ev, const Env *env, const Place *place, NodeId block, bool 
 
 void eval_emit_statement(Eval *ev, const Env *env, const Place *place, NodeId statement,
                          bool has_objects, const char *name);
-// The block that an `if` chooses, 0: none, or its condition is not known (reported, or asked for).
-NodeId eval_chosen_block(Eval *ev, const Env *env, NodeId statement);
+// The block that an `if` chooses, 0: none, or its condition is not known (reported, with
+// the hint, or asked for).
+NodeId eval_chosen_block(Eval *ev, const Env *env, NodeId statement, const char *hint);
 // What a `for` goes over (false: reported, or asked for); its body; its variable.
 bool eval_loop_sequence(Eval *ev, const Env *env, NodeId statement, Sequence *sequence);
 NodeId eval_loop_block(const Env *env, NodeId statement);

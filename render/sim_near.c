@@ -54,7 +54,7 @@ static void sort_into_cells(SimNearGrid *grid, const SimNear *near) {
         for (uint32_t k = 0; k < near->n_axes; k++) {
             cell[k] = floor(near->axis[k][i] / near->radius);
         }
-        if (!isfinite(cell[0] + cell[1] + cell[2])) {
+        if (!isfinite(cell[0] + cell[1] + cell[2]) || (near->there && near->there[i] == 0)) {
             cell[0] = NAN;
         }
         grid->slot[i] = slot_of(grid, cell);

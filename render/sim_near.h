@@ -15,6 +15,7 @@
 typedef struct {
     uint32_t n_members, n_axes; // 1 to 3
     const double *axis[3];      // [n_members] each: where the members are
+    const double *there;        // [n_members] 0: it is near to none; NULL: all are there
     double radius;              // > 0; at this distance they are still near
     const Program *terms; // n_terms out, of a member IN_I and another; other inputs as at the time
     uint32_t n_terms;

@@ -2,6 +2,7 @@
 // Simulations by equations: members over time, their events, all of them together.
 #include "render/sim_state.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,6 +20,8 @@ typedef struct {
     const SimState *sim;
     SimCourse *courses; // [n_members]
     double *birth, *end, *born, *dies;
+    double *stops; // [n_stops] where a coupled system stops, in order, high the last of them
+    uint32_t n_stops;
     Rest *rests;
     SimFailure *failure;
     bool is_failed;
@@ -36,9 +39,13 @@ typedef struct {
     uint32_t *first;     // [n] of the pieces of the arc at hand
     uint8_t *begins;     // [n] an arc begins with the next piece
     uint8_t *is_resting; // [n]
+    uint8_t *is_there;   // [n]
     uint8_t *fires;      // [n_whens][n]
     double *conditions;  // [2][n_whens][n]
-    uint32_t n_resting;
+    double *rates;       // [2][n_states][n]
+    uint32_t n_moving;   // there, and not resting
+    uint64_t n_steps, n_tiny;
+    double last_event;
 } State;
 
 // ---- Courses
@@ -47,6 +54,9 @@ static void add_pieces(Run *run, SimSystem *system, State *state, double from, d
     uint32_t n_states = run->sim->n_states;
     for (uint32_t j = 0; j < system->n; j++) {
         SimCourse *course = &run->courses[system->first + j];
+        if (!state->is_there[j]) {
+            continue;
+        }
         double *c = sim_course_add(course, (SimPiece){from, to, state->begins[j]}, NULL);
         state->begins[j] = 0;
         for (uint32_t k = 0; c && k < n_states; k++) {
@@ -124,22 +134,19 @@ static void interrupt(Run *run, SimSystem *system, State *state, double t) {
         }
         if (is_too_many(run, &state->events[j], t)) {
             state->is_resting[j] = 1;
-            state->n_resting++;
+            state->n_moving--;
             run->rests[system->first + j] = (Rest){true, t};
             sim_system_rest(system, j);
         }
     }
 }
 
-// What happened at t, then what that brings about. What goes round in circles comes to rest, since
-// each round counts.
+// What is marked in fires happens at t, then what that brings about. What goes round in circles
+// comes to rest, since each round counts.
 static void happen(Run *run, SimSystem *system, State *state, double t) {
     size_t n = (size_t)run->sim->n_whens * system->n;
     double *before = state->conditions, *after = before + n;
     bool fires_again = true;
-    for (size_t i = 0; i < n; i++) {
-        state->fires[i] = system->roots[i] != 0;
-    }
     while (fires_again) {
         interrupt(run, system, state, t);
         for (size_t i = 0; i < n; i++) {
@@ -156,41 +163,142 @@ static void happen(Run *run, SimSystem *system, State *state, double t) {
     }
 }
 
-// From the system's birth to its end.
-static bool follow(Run *run, SimSystem *system, State *state, double from, double to) {
+// Times nearer to each other leave no room for a step between them.
+static double least_span(const SimState *sim) {
+    return 200 * DBL_EPSILON * fmax(fabs(sim->low), fabs(sim->high));
+}
+
+// Up to the time `to`, which *t becomes.
+static bool follow(Run *run, SimSystem *system, State *state, double *t, double to) {
     enum { MOST_TINY = 20000 }; // steps of less than a billionth of the span
-    double t = from;
-    double span = run->sim->high - run->sim->low, last_event = from;
-    uint64_t n_steps = 0, n_tiny = 0;
-    sim_system_restart(system, t, to, INFINITY);
-    while (t < to && state->n_resting < system->n) {
-        double before = t;
-        SimStep step = sim_system_step(system, &t);
+    double span = run->sim->high - run->sim->low;
+    sim_system_restart(system, *t, to, INFINITY);
+    while (to - *t > least_span(run->sim) && state->n_moving) {
+        double before = *t;
+        SimStep step = sim_system_step(system, t);
         if (step == SIM_STEP_FAILED) {
-            return fail(run, system, t, system->message);
+            return fail(run, system, *t, system->message);
         }
-        n_tiny += t - before < 1e-9 * span && step == SIM_STEP_ON;
-        if (n_tiny > MOST_TINY) {
-            return fail(run, system, t,
+        state->n_tiny += *t - before < 1e-9 * span && step == SIM_STEP_ON;
+        if (state->n_tiny > MOST_TINY) {
+            return fail(run, system, *t,
                         "its equations grow without bound, or change too fast to be followed");
         }
-        if (++n_steps > SIM_STATE_STEPS) {
-            return fail(run, system, t,
+        if (++state->n_steps > SIM_STATE_STEPS) {
+            return fail(run, system, *t,
                         "it takes more than four million steps: a longer tolerance, or "
                         "stiff = true, may help");
         }
-        if (t > before && !add_step(run, system, state, before, t, 0)) {
-            return fail(run, system, t, "its course cannot be followed");
+        if (*t > before && !add_step(run, system, state, before, *t, 0)) {
+            return fail(run, system, *t, "its course cannot be followed");
         }
         if (step == SIM_STEP_EVENT) {
-            happen(run, system, state, t);
-            sim_system_restart(system, t, to, (t - last_event) / 16);
-            last_event = t;
+            for (size_t i = 0; i < (size_t)run->sim->n_whens * system->n; i++) {
+                state->fires[i] = system->roots[i] != 0;
+            }
+            happen(run, system, state, *t);
+            sim_system_restart(system, *t, to, (*t - state->last_event) / 16);
+            state->last_event = *t;
+        }
+    }
+    for (uint32_t j = 0; j < system->n && *t < to; j++) {
+        if (state->is_there[j]) { // all rest, or there is no room for a step
+            end_arc(run, system, state, j);
+            add_still(run, system, j, *t, to);
+            state->first[j] = run->courses[system->first + j].n;
+        }
+    }
+    *t = to;
+    return true;
+}
+
+// ---- Coming and going
+
+// Members are there from their birth to before their end.
+static void come_and_go(Run *run, SimSystem *system, State *state, double t) {
+    for (uint32_t j = 0; j < system->n; j++) {
+        bool is = run->birth[system->first + j] <= t && t < run->end[system->first + j];
+        if (is == (state->is_there[j] != 0)) {
+            continue;
+        }
+        if (!is) {
+            end_arc(run, system, state, j);
+        }
+        state->is_there[j] = is;
+        state->n_moving += state->is_resting[j] ? 0 : is ? 1 : -1;
+        sim_system_be_there(system, j, is);
+    }
+}
+
+// Where a member's rates jump it begins a new arc, so that its bend stays a corner.
+static void bend(Run *run, SimSystem *system, State *state) {
+    size_t n = (size_t)run->sim->n_states * system->n;
+    enum { MOST_PIECES = 256 }; // until fewer are made of them
+    for (uint32_t j = 0; j < system->n; j++) {
+        bool jumps = false;
+        for (size_t i = j; i < n; i += system->n) {
+            double before = state->rates[i], after = state->rates[i + n];
+            jumps = jumps || !(fabs(after - before) <= run->sim->tolerance * fmax(1, fabs(before)));
+        }
+        SimCourse *course = &run->courses[system->first + j];
+        if (!state->is_there[j] || state->begins[j]) {
+            continue;
+        }
+        if (jumps) {
+            end_arc(run, system, state, j);
+        } else if (course->n - state->first[j] > MOST_PIECES) {
+            sim_course_merge(course, state->first[j], 0.5 * run->sim->tolerance);
+            state->first[j] = course->n;
+        }
+    }
+}
+
+// Members come or go at t. What that makes true of those that stay happens to them.
+static void change(Run *run, SimSystem *system, State *state, double t) {
+    size_t n = (size_t)run->sim->n_whens * system->n;
+    double *before = state->conditions, *after = before + n;
+    sim_system_rates(system, t, state->rates);
+    sim_system_conditions(system, t, before);
+    come_and_go(run, system, state, t); // conditions of those that are not there do not hold
+    sim_system_conditions(system, t, after);
+    bool fires = false;
+    for (size_t i = 0; i < n; i++) {
+        // Not to one that has just been born: nothing has become true for it.
+        bool is_new = run->birth[system->first + i % system->n] == t;
+        state->fires[i] = !is_new && before[i] >= 0 && after[i] < 0;
+        fires = fires || state->fires[i];
+    }
+    if (fires) {
+        happen(run, system, state, t);
+    }
+    sim_system_rates(system, t, state->rates + (size_t)run->sim->n_states * system->n);
+    bend(run, system, state);
+}
+
+static bool follow_all(Run *run, SimSystem *system, State *state) {
+    bool is_coupled = run->sim->is_coupled;
+    double t = is_coupled ? run->sim->low : run->birth[system->first];
+    uint32_t n_stops = is_coupled ? run->n_stops : 1;
+    state->last_event = t;
+    for (uint32_t j = 0; j < system->n; j++) {
+        sim_system_be_there(system, j, false);
+    }
+    come_and_go(run, system, state, t);
+    for (uint32_t i = 0; i < n_stops; i++) {
+        if (i > 0) {
+            change(run, system, state, t);
+        }
+        if (!follow(run, system, state, &t, is_coupled ? run->stops[i] : run->end[system->first])) {
+            return false;
         }
     }
     for (uint32_t j = 0; j < system->n; j++) {
-        end_arc(run, system, state, j);
-        add_still(run, system, j, t, to);
+        if (state->is_there[j]) {
+            end_arc(run, system, state, j);
+        }
+        if (run->courses[system->first + j].n == 0) { // it is never there
+            add_still(run, system, j, run->sim->low, run->sim->high);
+        }
     }
     return true;
 }
@@ -199,7 +307,8 @@ static bool follow(Run *run, SimSystem *system, State *state, double from, doubl
 
 static bool run_system(Run *run, SimSystem *system) {
     const SimState *sim = run->sim;
-    double from = run->birth[system->first], to = run->end[system->first];
+    double from = sim->is_coupled ? sim->low : run->birth[system->first];
+    double to = sim->is_coupled ? sim->high : run->end[system->first];
     for (uint32_t j = 0; j < system->n; j++) {
         run->courses[system->first + j] =
             (SimCourse){.n_columns = sim->n_states, .n_coefficients = SIM_COEFFICIENTS};
@@ -216,14 +325,16 @@ static bool run_system(Run *run, SimSystem *system) {
                    .first = calloc(system->n, sizeof(uint32_t)),
                    .begins = malloc(system->n),
                    .is_resting = calloc(system->n, 1),
+                   .is_there = calloc(system->n, 1),
                    .fires = calloc(n_conditions + 1, 1),
-                   .conditions = calloc(2 * n_conditions + 1, sizeof(double))};
-    bool is_fine = state.events && state.first && state.begins && state.is_resting && state.fires &&
-                   state.conditions;
+                   .conditions = calloc(2 * n_conditions + 1, sizeof(double)),
+                   .rates = calloc(2 * (size_t)sim->n_states * system->n, sizeof(double))};
+    bool is_fine = state.events && state.first && state.begins && state.is_resting &&
+                   state.is_there && state.fires && state.conditions && state.rates;
     if (state.begins) {
         memset(state.begins, 1, system->n);
     }
-    is_fine = is_fine ? follow(run, system, &state, from, to)
+    is_fine = is_fine ? follow_all(run, system, &state)
                       : fail(run, system, from, "there is no memory for it");
     for (uint32_t j = 0; j < system->n && is_fine; j++) {
         if (run->courses[system->first + j].is_failed) {
@@ -234,8 +345,10 @@ static bool run_system(Run *run, SimSystem *system) {
     free(state.first);
     free(state.begins);
     free(state.is_resting);
+    free(state.is_there);
     free(state.fires);
     free(state.conditions);
+    free(state.rates);
     return is_fine;
 }
 
@@ -291,6 +404,63 @@ static bool find_lives(Run *run) {
     return true;
 }
 
+static int compare_times(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+// Where a coupled system stops: each time that is too near to the one before counts as that one.
+static void find_stops(Run *run) {
+    const SimState *sim = run->sim;
+    const double least = least_span(sim);
+    size_t n = 0;
+    for (uint32_t m = 0; m < sim->n_members; m++) {
+        run->stops[n++] = run->birth[m];
+        run->stops[n++] = run->end[m];
+    }
+    qsort(run->stops, n, sizeof *run->stops, compare_times);
+    double last = sim->low;
+    for (size_t i = 0; i < n; i++) {
+        double stop = run->stops[i];
+        if (stop - last > least && sim->high - stop > least) {
+            run->stops[run->n_stops++] = last = stop;
+        }
+    }
+    run->stops[run->n_stops++] = sim->high;
+}
+
+// The stop that a time counts as; low is one too.
+static double stop_of(const Run *run, double t) {
+    uint32_t first = 0, n = run->n_stops; // the stops up to t are those before `first`
+    if (run->sim->high - t <= least_span(run->sim)) {
+        return run->sim->high;
+    }
+    while (n > 0) {
+        uint32_t half = n / 2;
+        bool is_before = run->stops[first + half] <= t;
+        first = is_before ? first + half + 1 : first;
+        n = is_before ? n - half - 1 : half;
+    }
+    return first ? run->stops[first - 1] : run->sim->low;
+}
+
+static bool stop_at_lives(Run *run) {
+    const SimState *sim = run->sim;
+    run->stops = malloc((2 * (size_t)sim->n_members + 1) * sizeof *run->stops);
+    if (!run->stops) {
+        return false;
+    }
+    find_stops(run);
+    for (uint32_t m = 0; m < sim->n_members; m++) {
+        run->birth[m] = stop_of(run, run->birth[m]);
+        run->end[m] = stop_of(run, run->end[m]);
+        if (!(run->birth[m] < run->end[m])) {
+            run->birth[m] = run->end[m] = sim->low;
+        }
+    }
+    return true;
+}
+
 static bool join(Arena *arena, Run *run, SimTracks *tracks) {
     const SimState *sim = run->sim;
     *tracks = (SimTracks){.n_members = sim->n_members,
@@ -326,11 +496,13 @@ bool sim_state_run(Arena *arena, const SimState *sim, SimProgress *progress, voi
     run.dies = ARENA_ARRAY(arena, n, double);
     *failure = (SimFailure){0, sim->low, "there is no memory for it"};
     bool is_fine = run.courses && run.rests && find_lives(&run) &&
-                   run_all(&run, progress, context) && join(arena, &run, tracks);
+                   (!sim->is_coupled || stop_at_lives(&run)) && run_all(&run, progress, context) &&
+                   join(arena, &run, tracks);
     for (uint32_t m = 0; run.courses && m < n; m++) {
         sim_course_free(&run.courses[m]);
     }
     free(run.courses);
+    free(run.stops);
     free(run.rests);
     return is_fine;
 }

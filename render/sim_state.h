@@ -8,6 +8,10 @@
 // that read no other are integrated each by itself, on all threads; else all are one system.
 // The result does not depend on the number of threads.
 //
+// A member that is not there keeps its scalars: those of its start before it is born, its last ones
+// afterwards. Nothing happens to it, and it is near to none. Where members read each other, their
+// common integration stops and begins anew at each instant at which one comes or goes.
+//
 // A member to which more than SIM_STATE_EVENTS events happen within a ten-thousandth of the span
 // (at most a millisecond) rests from then on: its scalars keep their values.
 #ifndef RENDER_SIM_STATE_H
@@ -27,6 +31,7 @@ typedef struct {
     bool is_stiff;
     // [n_states][n_members]: what the programs read as tables; written while running.
     double *live;
+    double *there;        // [n_members]: likewise, 1 for those that are there, else 0
     const SimNear *nears; // sums that the programs read as tables too; filled in before they run
     uint32_t n_nears;
     // They read IN_I, the member, and all but start and life the live tables and IN_T, which is

@@ -68,16 +68,21 @@ static void run(SimSystem *s, const Program *program, double t, double *out) {
     program_run(program, &in, s->n, s->solver->out);
 }
 
+static void find_rates(SimSystem *s, double t, const double *y, double *out) {
+    size_t n = (size_t)s->sim->n_states * s->n;
+    set_live(s, t, y);
+    run(s, s->sim->rates, t, out);
+    for (size_t i = 0; i < n; i++) {
+        out[i] = s->solver->is_still[i % s->n] ? 0 : out[i];
+    }
+}
+
 static int give_rates(sunrealtype t, N_Vector y, N_Vector rates, void *data) {
     SimSystem *s = data;
     double *out = N_VGetArrayPointer(rates);
     size_t n = (size_t)s->sim->n_states * s->n;
-    set_live(s, t, N_VGetArrayPointer(y));
-    run(s, s->sim->rates, t, out);
+    find_rates(s, t, N_VGetArrayPointer(y), out);
     for (size_t i = 0; i < n; i++) {
-        if (s->solver->is_still[i % s->n]) {
-            out[i] = 0;
-        }
         if (!isfinite(out[i])) {
             s->bad_member = (uint32_t)(i % s->n);
             return 1; // a shorter step may help
@@ -197,7 +202,9 @@ void sim_system_free(SimSystem *s) {
 bool sim_system_start(SimSystem *s) {
     size_t n = (size_t)s->sim->n_states * s->n;
     s->bad_member = 0;
-    memset(s->solver->is_still, 0, s->n);
+    for (uint32_t j = 0; j < s->n; j++) {
+        sim_system_be_there(s, j, true);
+    }
     run(s, s->sim->start, 0, s->y);
     for (size_t i = 0; i < n; i++) {
         if (!isfinite(s->y[i])) {
@@ -341,6 +348,10 @@ double sim_system_miss(SimSystem *s) {
     return most;
 }
 
+void sim_system_rates(SimSystem *s, double t, double *out) {
+    find_rates(s, t, s->y, out);
+}
+
 // ---- Events
 
 void sim_system_conditions(SimSystem *s, double t, double *out) {
@@ -368,4 +379,11 @@ void sim_system_assign(SimSystem *s, double t, const uint8_t *fires) {
 
 void sim_system_rest(SimSystem *s, uint32_t j) {
     s->solver->is_still[j] = 1;
+}
+
+void sim_system_be_there(SimSystem *s, uint32_t j, bool is) {
+    s->solver->is_still[j] = !is;
+    if (s->sim->there) {
+        s->sim->there[s->first + j] = is;
+    }
 }

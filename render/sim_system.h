@@ -22,7 +22,7 @@ typedef struct SimSystem {
 SimSystem *sim_system_new(const SimState *sim, uint32_t n);
 void sim_system_free(SimSystem *system); // NULL: nothing
 
-// Sets y to the members' start values. False: they are not finite.
+// Sets y to the members' start values; all are there. False: they are not finite.
 bool sim_system_start(SimSystem *system);
 
 // From y at t, which may have jumped, towards the time `end`, the first step at most so long;
@@ -39,6 +39,9 @@ const double *sim_system_fit(const SimSystem *system, uint32_t i);
 // The largest difference between them and the solution, each by max(1, |x|), at three points.
 double sim_system_miss(SimSystem *system);
 
+// The rates of y at t, out[n_states][n].
+void sim_system_rates(SimSystem *system, double t, double *out);
+
 // ---- Events
 
 // out[n_whens][n]: below 0 where true.
@@ -48,5 +51,7 @@ void sim_system_conditions(SimSystem *system, double t, double *out);
 void sim_system_assign(SimSystem *system, double t, const uint8_t *fires);
 // The scalars of member first + j keep their values from now on.
 void sim_system_rest(SimSystem *system, uint32_t j);
+// Whether it is there; at the start all are.
+void sim_system_be_there(SimSystem *system, uint32_t j, bool is);
 
 #endif

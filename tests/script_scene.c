@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "lang/scene_load.h"
+#include "lang/sim_cache.h"
 
 struct ScriptScene {
     Arena arena;
@@ -17,8 +18,12 @@ ScriptScene *script_scene_new(const char *text, const char *folder) {
     ScriptScene *scene = calloc(1, sizeof *scene);
     scene->sources = (Sources){.end = 1, .arena = &scene->arena};
     Diag *diag = diag_new(&scene->arena, &scene->sources, stderr, false, false);
-    LoadOptions load = {
-        .max_steps = 1 << 20, .include_dirs = &folder, .n_include_dirs = folder ? 1 : 0};
+    SimCache kept_nowhere = {.reports = stderr};
+    const Simulator simulator = sim_cache_simulator(&kept_nowhere, false);
+    LoadOptions load = {.max_steps = 1 << 20,
+                        .include_dirs = &folder,
+                        .n_include_dirs = folder ? 1 : 0,
+                        .simulator = &simulator};
     scene_load(&scene->arena, &scene->sources, diag, "test.st4", text, strlen(text), &load,
                &scene->loaded);
     if (!scene->loaded.scene) {

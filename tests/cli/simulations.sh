@@ -137,6 +137,78 @@ END
     expect 0 diff -r one two
 }
 
+# Members that read each other come and go: who is not there is in no sum of near(), keeps its state
+# and has nothing happen to it; what the others do bends exactly at the instant.
+test_sim_coming_and_going() {
+    cat >a.st4 <<'END'
+sphere { }
+fn within(a, b) = clamp(t - a, 0, b - a)
+sim state Sum { // 1, 2 and 3 are added up while they are there
+  count = 4  span = 0..4  tolerance = 1e-8
+  born = [-1, 1, 0.5, 7][id]
+  dies = [9, 9, 1.5, 9][id]
+  q = 10*id
+  fn worth(j) = j + 1
+  q' = near(Sum.q, 100, worth)
+}
+sim state Spring { // two on a spring, which holds while both are there
+  count = 2  span = 0..4  tolerance = 1e-9
+  born = id == 0 ? 0 : 1
+  dies = id == 0 ? 10 : 3
+  q = 1 + id  w = 0
+  q' = w
+  w' = Spring.alive[1 - id] ? 4*(Spring.q[1 - id] - q) : 0
+}
+let swing = cos(sqrt(8)*within(1, 3)*1rad)/2
+let drift = sqrt(8)*sin(sqrt(8)*2rad)/2*max(0, t - 3)
+sim state Guard { // 0 counts who has come, of those that are no more than 2 at once
+  count = 5  span = 0..4
+  born = id == 0 ? 0 : 0.5*id
+  dies = id == 0 ? 9 : 0.5*id + 1
+  q = 0  n = 0  late = 0
+  fn one(j) = 1
+  let others = near(Guard.q, 1, one)
+  q' = 0
+  for k in 1..4 { when Guard.alive[k] { n = n + 1 } }
+  when others > 1 { late = t }
+}
+END
+    at a.st4 '[-1, 0, 0.25, 0.5, 0.500001, 0.75, 0.999999, 1, 1.25, 1.5, 1.500001, 2, 3, 4, 5]' \
+        'Sum.q[0] - 2*within(1, 4) - 3*within(0.5, 1.5)' \
+        'Sum.q[1] - 10 - within(1, 4) - 3*within(1, 1.5)' \
+        'Sum.q[2] - 20 - within(0.5, 1.5) - 2*within(1, 1.5)' 'Sum.q[3] - 30'
+    all_below 1e-9
+    at a.st4 '0..4 by 0.125' 'Spring.q[0] - (1.5 - swing + drift)' 'Spring.q[1] - (1.5 + swing)'
+    all_below 3e-8
+    at a.st4 '[0.4, 0.6, 1.1, 1.6, 2.1, 4]' 'Guard.n[0] - min(4, floor(t/0.5))' \
+        'Guard.late[0] - (t < 1 ? 0 : 1)' 'Guard.n[1] - (t < 1 ? 0 : 1)' \
+        'Guard.n[3] - (t < 2 ? 0 : 1)'
+    all_below 1e-9
+}
+
+# Where members read each other, but what they read adds nothing, they do as those by themselves do.
+test_sim_coming_and_going_alone() {
+    local kind
+    echo 'sphere { }' >a.st4
+    for kind in Alone Together; do
+        cat <<END
+sim state $kind {
+  count = 40  span = 0..3  tolerance = 1e-7
+  born = 0.02*id
+  dies = 0.02*id + 1.2 + 0.4*rand(3, id)
+  pos = <0, 1, 0>  vel = 2*randdir(2, id) + <0, 3, 0>
+  fn none(j) = 0
+  pos' = vel
+  vel' = <0, -9.81, 0> - 0.2*vel $([ $kind = Alone ] || echo "+ near(Together.pos, 1, none)*x")
+  when pos.y < 0 { pos = <pos.x, 0, pos.z>  vel = <vel.x, -0.6*vel.y, vel.z> }
+}
+END
+    done >>a.st4
+    at a.st4 '0..3 by 0.04' 'Alone.pos[0] - Together.pos[0]' 'Alone.pos[17] - Together.pos[17]' \
+        'Alone.pos[39] - Together.pos[39]' 'Alone.alive[20] == Together.alive[20] ? 0 : 1'
+    all_below 1e-6
+}
+
 # A bouncing ball keeps its corner: at the instant, and a thousandth of a second beside it.
 test_sim_bounce() {
     cat >a.st4 <<'END'
@@ -156,6 +228,54 @@ END
     all_below 1e-6
     at a.st4 '0..3 by 1ms' 'min(Ball.h, 0)'
     all_below 1e-9
+}
+
+# Statements that are chosen, once, and repeated, in the block and in events.
+test_sim_for_and_if() {
+    cat >a.st4 <<'END'
+sphere { }
+param bounces = true
+sim state Marks { // one after another is passed, and says what it is worth
+  span = 0..4
+  at = 0  sum = 0
+  for k in 1..3 {
+    let worth = 10^(k - 1)
+    when at > k { sum = sum + worth }
+  }
+  at' = 1
+}
+sim state Ball {
+  if bounces { span = 0..3  h = 1 } else { span = 0..1  h = 1  w = 0  w' = h }
+  v = 0
+  h' = v
+  let g = 9.81
+  if g < 9 { v' = 1 } else if g < 10 { v' = -g } else { v' = 0 }
+  if bounces {
+    let keep = 0.8
+    when h < 0 { h = 0  if keep > 0.5 { v = -keep*v } else { v = 0 } }
+  }
+}
+sim state Sum { // within an event all read what was before
+  count = 3  span = 0..1
+  q = id  r = 0
+  q' = 1
+  when t > 0.5 { for k in 0..2 { let add = k*id  q = q + add  if k < 2 { r = k + 5 } } }
+}
+let g = 9.81
+let since = t - sqrt(2/g)
+let exact = since < 0 ? 1 - g/2*t^2 : 0.8*sqrt(2*g)*since - g/2*since^2
+END
+    at a.st4 '[0.2, 0.45, 0.4515, 0.4525, 0.6, 1.1]' 'Ball.h - exact'
+    all_below 1e-6
+    at a.st4 '[0.999999, 1.000001, 1.999999, 2.000001, 2.999999, 3.000001]' Marks.sum
+    [ "$(cut -d' ' -f2 <<<"$out" | tr '\n' ' ')" = '0 1 1 11 11 111 ' ] || fail "$out"
+    at a.st4 '[0.25, 0.75]' 'Sum.q[2] - (t < 0.5 ? 2 : 6) - t' 'Sum.r[1] - (t < 0.5 ? 0 : 6)'
+    all_below 1e-9
+    expect 1 "$ST4" eval a.st4 Ball.w --at 1
+    has "$err" "no member 'w'"
+    expect 0 "$ST4" eval a.st4 'Ball.w - (1 - 9.81/6)' --at 1 -D bounces=false
+    out=$(tail -n +2 <<<"$out" | tr '\t' ' ')
+    all_below 1e-6
 }
 
 test_sim_rest() {
@@ -268,6 +388,17 @@ test_sim_mistakes() {
     refused "$start q = 0  q' = 1 } sphere { radius = S.r }" "S has no member 'r'"
     refused "$start q = 0  q' = 1 } sphere { radius = S }" "write S.NAME"
     refused "$start tolerance = 0  q = 0  q' = 1 }" 'tolerance'
+    refused "$start q = 0  q' = 1  if id > 0 { v = 1 } }" "the condition of 'if' must be known"
+    refused "$start q = 0  q' = 1  if q > 0 { v = 1 } }" "nothing is called 'q' here"
+    refused "$start q = 0  q' = 1  when q > 0 { if q > 1 { q = 0 } } }" 'it is decided once, for all members'
+    refused "$start q = 0  for k in 0..t { when q > k { q = 0 } } }" 'the end of a range must be known'
+    refused "$start q = 0  for k in 0..9 { q' = k } }" "the rate of 'q' is given twice"
+    errors "$err" 1
+    refused "$start q = 0  q' = 1  for k in 0..9 { sphere { } } }" "'sim state' holds settings"
+    errors "$err" 1
+    refused "$start q = 0  q' = 1  for k in 0..999 { when q > k { q = 0 } } }" 'more than 256 events'
+    errors "$err" 1
+    refused "$start q = 0  q' = 1  when q > 0 { q' = 3 } }" 'an event holds assignments'
     start="sphere { } sim state S { count = 3  q = id  q' = "
     refused "$start near(1, 1, sin) }" 'near wants a place of all members of S'
     refused "$start near(S.q, 0, sin) }" 'the radius of near is more than 0'
@@ -277,7 +408,9 @@ test_sim_mistakes() {
     refused "$start near(S.q, 1, f)  fn f(j) = \"a\" }" 'near adds up numbers'
     refused "sphere { radius = near([1], 1, sin) }" 'stands in the rates and events of a sim state'
     start="sphere { } sim state S {"
-    refused "$start count = 2  born = id  q = 0  q' = S.q[1] }" 'not supported yet: born'
+    refused "$start count = 2  born = S.q[0]  q = 0  q' = S.q[1] }" 'born and dies can not read the members'
+    refused "$start born = q  q = 0  q' = 1 }" "nothing is called 'q' here"
+    refused "$start r = 0  q = S.r  q' = 1 }" 'start values, born and dies can not read the members'
 }
 
 # A simulation of a def's copy is its own; nothing that is not read is run.

@@ -49,7 +49,12 @@ static void write_state(Writer *w, int depth) {
     }
     write_states(w, depth);
     while (fuzz_one_in(w, 2)) {
+        static const char *const around[] = {"", "", "for i in 0..2 {\n", "if true {\n",
+                                             "if a > 0 {\n"};
+        uint32_t which = fuzz_random(w, N_OF(around));
+        fuzz_put(w, "%s", around[which]);
         write_event(w, depth);
+        fuzz_put(w, which > 1 ? "}\n" : "");
     }
 }
 
