@@ -386,27 +386,38 @@ static Value run_trapezoid(const BuiltinCall *call) {
     return (Value){.type = VALUE_FUNCTION, .closure = closure};
 }
 
-static bool is_play_time(const BuiltinCall *call, uint32_t i, const char *name) {
+// A number that loop variables may decide, for all copies at least `least`. False: reported, or
+// asked for.
+static bool is_play_number(const BuiltinCall *call, uint32_t i, const char *name, double least,
+                           const char *bound) {
+    double x;
+    Ref ref = ref1(call, i);
+    uint32_t inputs = dag_inputs(dag_of(call), ref);
+    if (inputs & ~LOOP_INPUTS) {
+        eval_error(call->ev, call->env, node_of(call, i), "each instance has its own, for good",
+                   "play: '%s' can not depend on %s", name, eval_input_name(inputs & ~LOOP_INPUTS));
+        return false;
+    }
+    if (!dag_is_const(dag_of(call), ref, &x)) {
+        return eval_copies_within(call->ev, ref, least, DBL_MAX);
+    }
+    if (!(x >= least && x <= DBL_MAX)) {
+        eval_error(call->ev, call->env, node_of(call, i), NULL, "play: '%s' is %s, this is %.6g",
+                   name, bound, x);
+        return false;
+    }
+    return true;
+}
+
+static bool is_play_time(const BuiltinCall *call, uint32_t i, const char *name, double least,
+                         const char *bound) {
     const Value *value = &call->args[i];
     if (value->dimension && value->dimension != DIMENSION_TIME) {
         eval_error(call->ev, call->env, node_of(call, i), NULL, "play: '%s' is a time, this is %s",
                    name, value_describe(call->ev->arena, value));
         return false;
     }
-    return true;
-}
-
-// Where it is known: at least `least`. False: reported.
-static bool is_play_number(const BuiltinCall *call, uint32_t i, const char *name, double least,
-                           const char *bound) {
-    double x;
-    Ref ref = ref1(call, i);
-    if (dag_is_const(dag_of(call), ref, &x) && !(x >= least && isfinite(x))) {
-        eval_error(call->ev, call->env, node_of(call, i), NULL, "play: '%s' is %s, this is %.6g",
-                   name, bound, x);
-        return false;
-    }
-    return true;
+    return is_play_number(call, i, name, least, bound);
 }
 
 static Value run_play(const BuiltinCall *call) {
@@ -416,8 +427,8 @@ static Value run_play(const BuiltinCall *call) {
             call->ev, call->env, node_of(call, 0), "it names a clip of the def: clip walk = 0s..1s",
             "play: 'clip' is a clip, this is %s", value_describe(call->ev->arena, clip));
     }
-    if (!is_play_time(call, 1, "at") || !is_play_time(call, 2, "fade") ||
-        !is_play_number(call, 2, "fade", 0, "at least 0") ||
+    if (!is_play_time(call, 1, "at", -DBL_MAX, "a finite number") ||
+        !is_play_time(call, 2, "fade", 0, "at least 0") ||
         !is_play_number(call, 3, "speed", DBL_MIN, "more than 0") ||
         !is_play_number(call, 5, "parts", 0, "at least 0")) {
         return value_poison();

@@ -87,16 +87,12 @@ Env clip_names(Eval *ev, const Env *env, const Object *copy) {
         if (node->kind != NODE_CLIP) {
             continue;
         }
-        const Binding *old = scope_find_own(names.scope, node->a);
-        if (old) {
-            eval_error_at(ev, syntax_name_span(syntax, statement), NULL, "'%s' is defined twice",
-                          symbol_text(ev->symbols, node->a));
-            diag_note(ev->diag, old->where, "first defined here");
-        } else if (read_span(ev, &def, statement, &clip)) {
-            Binding *binding = scope_bind(ev->arena, names.scope, node->a, BINDING_VARIABLE);
-            binding->module = def.module;
-            binding->where = syntax_name_span(syntax, statement);
-            binding->value = clip;
+        const Env at = {def.module, names.scope};
+        if (read_span(ev, &def, statement, &clip)) {
+            Binding *binding = eval_bind_name(ev, &at, statement, node->a, BINDING_VARIABLE);
+            if (binding) {
+                binding->value = clip;
+            }
         }
     }
     return names;
@@ -161,10 +157,15 @@ static uint32_t read_list(Eval *ev, const Given *given, Play plays[MAX_CLIPS]) {
         const Value *item = is_one ? value : &value->list->items[i];
         if (!read_play(ev, item, &plays[i])) {
             eval_error_at(ev, given->where, "write [walk, play(wave, at = 3s)]",
-                          "clips are names of clips and play(...), the %u. is %s", i + 1,
+                          "clips are names of clips and play(...), item %u is %s", i + 1,
                           value_describe(ev->arena, item));
             return 0;
         }
+    }
+    if (is_list && n == 0) {
+        eval_error_at(ev, given->where, "write [walk, play(wave, at = 3s)]",
+                      "the list of clips is empty");
+        return 0;
     }
     if (n == 0) {
         eval_error_at(ev, given->where, "write [walk, play(wave, at = 3s)]",
@@ -197,10 +198,12 @@ typedef struct {
     Ref fade;  // seconds, at most until the next one begins
 } Begin;
 
-// At the nearest whole number of parts of the clip before.
-static Begin begin_after(Dag *dag, const Play *p, const Play *before, Ref started) {
+// At the nearest whole number of parts of the clip before, and never before that begins; is_first:
+// the first is always there.
+static Begin begin_after(Dag *dag, const Play *p, const Play *before, Ref started, bool is_first) {
     Ref zero = dag_const(dag, 0), span = op2(dag, OP_SUB, before->hi, before->lo);
-    Ref gone = op2(dag, OP_MUL, before->speed, op2(dag, OP_SUB, p->at, started));
+    Ref at = is_first ? p->at : op2(dag, OP_MAX, p->at, started);
+    Ref gone = op2(dag, OP_MUL, before->speed, op2(dag, OP_SUB, at, started));
     Ref part = op2(dag, OP_DIV, span, p->parts);
     Ref n = dag_op(dag, OP_ROUND, op2(dag, OP_DIV, gone, part), REF_NONE, REF_NONE);
     Ref moved = op2(dag, OP_DIV, op2(dag, OP_MUL, n, part), before->speed);
@@ -211,14 +214,14 @@ static Begin begin_after(Dag *dag, const Play *p, const Play *before, Ref starte
                        op2(dag, OP_MOD, gone, span));
     Ref has_parts =
         op2(dag, OP_AND, op2(dag, OP_LT, zero, p->parts), op2(dag, OP_LT, zero, before->speed));
-    return (Begin){choose(dag, has_parts, op2(dag, OP_ADD, started, moved), p->at),
+    return (Begin){choose(dag, has_parts, op2(dag, OP_ADD, started, moved), at),
                    choose(dag, has_parts, whole, exact), p->fade};
 }
 
 static void begin_all(Dag *dag, const Play *plays, uint32_t n, Begin *begins) {
     begins[0] = (Begin){plays[0].at, dag_const(dag, 0), dag_const(dag, 0)};
     for (uint32_t k = 1; k < n; k++) {
-        begins[k] = begin_after(dag, &plays[k], &plays[k - 1], begins[k - 1].start);
+        begins[k] = begin_after(dag, &plays[k], &plays[k - 1], begins[k - 1].start, k == 1);
     }
     for (uint32_t k = 1; k + 1 < n; k++) {
         Ref until = op2(dag, OP_SUB, begins[k + 1].start, begins[k].start);

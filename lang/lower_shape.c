@@ -318,6 +318,10 @@ static bool moves_by_clock(Eval *ev, const Object *object, const Place *place, c
     for (int k = 0; k < 3 && form->vertex[0] != REF_NONE; k++) {
         inputs |= dag_inputs(ev->dag, form->vertex[k]);
     }
+    if (form->is_solid) { // what the language makes itself is by the film's clock already
+        *is_right = true;
+        return false;
+    }
     *is_right = place->clock == REF_NONE || !(inputs >> IN_FILM_T & 1);
     if (!*is_right) {
         eval_error_at(ev, object->where,

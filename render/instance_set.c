@@ -4,6 +4,7 @@
 
 #include "accel/boxtree.h"
 #include "render/local_time.h"
+#include "render/program_ops.h"
 
 #include <string.h>
 
@@ -254,7 +255,7 @@ static double cycle_of(const InstanceSet *set, uint32_t k) {
 
 // Within its cycle; 0: it has none.
 static double wind(double shown, double cycle) {
-    return cycle > 0 ? shown - cycle * floor(shown / cycle) : shown;
+    return cycle > 0 ? op_mod(shown, cycle) : shown;
 }
 
 double instance_seconds(const InstanceSet *set, uint32_t k, double seconds) {

@@ -19,11 +19,13 @@ static inline double op_max(double a, double b) {
     return a > b ? a : b;
 }
 
-// Floored modulo. The product can round to either side of a; the result is kept in [0, |b|).
+// Floored modulo. The product can round to either side of a; the result is kept in [0, |b|), at the
+// end where it belongs: a hair below 0 is a hair below b.
 static inline double op_mod(double a, double b) {
     double r = a - b * floor(a / b);
-    double outside = b > 0 ? (r < 0 || r >= b) : (r > 0 || r <= b);
-    return outside && b != 0 ? 0 : r;
+    double below = b > 0 ? r < 0 : r > 0, beyond = b > 0 ? r >= b : r <= b;
+    r = below && b != 0 ? 0 : r;
+    return beyond && b != 0 ? b * 0x1.fffffffffffffp-1 : r;
 }
 
 static inline double op_sign(double a) {

@@ -155,10 +155,11 @@ static void put_instance(Taker *taker, const Shape *shape, MoverPart *part, uint
         return;
     }
     if (!is_there(shape, in, &map)) {
-        taker->snapshot->n_absent++;
+        taker->snapshot->n_absent += !shape->is_other_form;
         return;
     }
     taker->snapshot->n_objects++;
+    taker->snapshot->n_absent -= shape->is_other_form; // which it was in the form before
     uint32_t first = taker->mesh->n_triangles;
     if (shape->kind == SHAPE_SPHERE) {
         put_sphere(taker, shape, in, &map);

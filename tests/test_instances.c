@@ -363,6 +363,27 @@ static void clips_follow_each_other(void **state) {
                    " w = t < 0.06 ? smoothstep(0.02, 0.06, t) : smoothstep(0.06, 0.09, t)");
 }
 
+// `late` is moved behind its successor: then that begins with it, and there is one of each object.
+static void clips_never_overlap(void **state) {
+    (void)state;
+    Made *made =
+        make("film { fps = 10 frames = 1..40 } def A { clip a = 0s..1s  clip slow = 1s..65s"
+             "  clip late = 65s..66s  clip last = 66s..67s"
+             "  surface { res = <4, 4>  fn at(u, v) = <u, v, 0.01*t> } }"
+             "instance A { clips = [a, play(slow, at = 1s, fade = 2s), play(late, at = 2.1s),"
+             " play(last, at = 2.2s)] }",
+             1);
+    const Assembly *parts = &made->world->parts;
+    for (int k = 0; k < 400; k++) {
+        uint32_t n = 0;
+        for (uint32_t i = 0; i < parts->n_bodies; i++) {
+            n += body_place(&parts->bodies[i], NULL, 0.01 * k).is_present;
+        }
+        assert_int_equal(n, 1);
+    }
+    unmake(made);
+}
+
 // Fades that begin at any time share 32 forms, and one is for all that play a clip alone.
 static void fades_are_shared(void **state) {
     (void)state;
@@ -422,6 +443,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(equal_values_share),
     cmocka_unit_test(clips_fade),
     cmocka_unit_test(clips_follow_each_other),
+    cmocka_unit_test(clips_never_overlap),
     cmocka_unit_test(fades_are_shared),
     cmocka_unit_test(blocks_do_not_matter),
 };
