@@ -374,8 +374,13 @@ static bool has_both(const Line *line) {
     return line->n_code && line->n_comment;
 }
 
+// Behind the code; where a comment over several lines stands in it, on the last of these.
 static uint32_t end_column(const Line *line) {
-    return line->indent + columns(line->code, line->n_code) + line->pad;
+    uint32_t row = line->n_code;
+    while (row && line->code[row - 1] != '\n') {
+        row--;
+    }
+    return columns(line->code + row, line->n_code - row) + (row ? 0 : line->indent + line->pad);
 }
 
 // Comments behind the code of neighbouring lines begin at one column.
