@@ -173,6 +173,14 @@ static void find_alive(Eval *ev, Sim *sim) {
     sim->alive = alive;
 }
 
+Value sim_state_value(Eval *ev, const SimVariable *variable, const Ref *scalars) {
+    Value value = value_like(ev->arena, &variable->start, scalars);
+    if (value_is(&value, VALUE_ROTATION)) { // an error may have made it longer or shorter
+        value = value_from_quat(spatial_quat_normalize(ev->dag, value_quat(&value)));
+    }
+    return value;
+}
+
 // Scalar i of the member IN_X at t.
 static Ref column(Eval *ev, Sim *sim, uint32_t i) {
     Dag *dag = ev->dag;
@@ -385,7 +393,7 @@ Value eval_sim_member(Eval *ev, const Env *env, NodeId node, Sim *sim, const cha
     for (uint32_t k = 0; k < variable->start.n; k++) {
         refs[k] = column(ev, sim, variable->first + k);
     }
-    Value each = value_like(ev->arena, &variable->start, refs);
+    Value each = sim_state_value(ev, variable, refs);
     each.dimension = DIMENSION_NONE;
     Value value = member_value(ev, sim, &each);
     variable->outside = value_is(&value, VALUE_LIST) ? value.list : NULL;

@@ -42,7 +42,8 @@ typedef struct {
     NodeId statement; // of the start value
     NodeId rate;      // 0: none was written
     bool is_assigned; // by an event
-    Value value;      // within the block: of the member id
+    Ref own[4];       // within the block: its scalars, of the member id
+    Value value;      // likewise, as it is read
     Value each;       // within the block: of the member IN_X
     const List *within,
         *outside; // the members, read in the block and elsewhere; made when asked for
@@ -82,6 +83,9 @@ struct Sim {
 
 // lang/eval_sim_near.c: near(places, radius, f) within the block of a sim state; args: its three.
 Value eval_sim_near(Eval *ev, const Env *env, NodeId node, const Value *args);
+
+// A state of these scalars; what stands for a rotation becomes one.
+Value sim_state_value(Eval *ev, const SimVariable *variable, const Ref *scalars);
 
 // What near() of a block came to.
 typedef struct SimNears SimNears;

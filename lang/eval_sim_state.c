@@ -202,11 +202,10 @@ static void add_state(Block *b, NodeId statement) {
         return;
     }
     Value start = evaluate(b, s->b, "a start value", 1u << IN_I);
-    bool is_plain = value_is_numeric(&start) && !value_is(&start, VALUE_ROTATION) &&
-                    !value_is(&start, VALUE_TRANSFORM);
+    bool is_plain = value_is_numeric(&start) && !value_is(&start, VALUE_TRANSFORM);
     if (!value_is_poison(&start) && !is_plain) {
         eval_error(ev, &b->env, s->b, NULL,
-                   "a state is a number, an angle, a vector or a color, this is %s",
+                   "a state is a number, an angle, a vector, a color or a rotation, this is %s",
                    value_describe(ev->arena, &start));
         b->is_bad = true;
         start = value_poison();
@@ -280,16 +279,16 @@ static void bind_states(Block *b) {
     spec->live = ARENA_ARRAY(ev->arena, (size_t)spec->n_states * spec->n_members, double);
     for (uint32_t i = 0; i < sim->n_variables; i++) {
         SimVariable *variable = &sim->variables[i];
-        Ref own[4], each[4];
+        Ref each[4];
         for (uint32_t k = 0; k < variable->start.n; k++) {
             uint32_t state = variable->first + k;
             each[k] = dag_live(ev->dag, any, spec->live + (size_t)state * spec->n_members,
                                spec->n_members, state);
-            own[k] = dag_substitute(ev->dag, each[k], IN_X, id);
+            variable->own[k] = dag_substitute(ev->dag, each[k], IN_X, id);
         }
         if (!value_is_poison(&variable->start)) {
-            variable->value = value_like(ev->arena, &variable->start, own);
-            variable->each = value_like(ev->arena, &variable->start, each);
+            variable->value = sim_state_value(ev, variable, variable->own);
+            variable->each = sim_state_value(ev, variable, each);
         }
         Binding *old = scope_find_own(b->env.scope, variable->name);
         if (old && old->node) {
@@ -328,6 +327,27 @@ static Value evaluate_for(Block *b, NodeId node, const SimVariable *variable, co
     return value;
 }
 
+// How fast a rotation changes that turns with an angular velocity (poison: reported): half of that
+// times it, which keeps its length.
+static Value evaluate_spin(Block *b, NodeId node, const SimVariable *variable) {
+    Dag *dag = b->ev->dag;
+    Value spin = evaluate(b, node, "the rate", STATE_INPUTS);
+    if (value_is_poison(&spin)) {
+        return spin;
+    }
+    if (!value_is_vec3(&spin)) {
+        b->is_bad = true;
+        return eval_error(b->ev, &b->env, node, NULL,
+                          "the rate of '%s' is its angular velocity, a vector, this is %s",
+                          text_of(b, variable->name), value_describe(b->ev->arena, &spin));
+    }
+    Ref3 half = spatial_scale(dag, value_ref3(&spin), dag_const(dag, 0.5));
+    const Ref *q = variable->own;
+    return value_from_quat(spatial_quat_mul(dag,
+                                            (RefQuat){half.x, half.y, half.z, dag_const(dag, 0)},
+                                            (RefQuat){q[0], q[1], q[2], q[3]}));
+}
+
 static SimVariable *state_of(Block *b, NodeId statement, const char *what) {
     const Node *s = node_of(b, statement);
     SimVariable *variable = find(b, s->a);
@@ -353,7 +373,10 @@ static void read_rate(Block *b, NodeId statement, Ref *rates) {
         return;
     }
     variable->rate = statement;
-    Value rate = evaluate_for(b, node_of(b, statement)->b, variable, "the rate");
+    NodeId node = node_of(b, statement)->b;
+    Value rate = value_is(&variable->start, VALUE_ROTATION)
+                     ? evaluate_spin(b, node, variable)
+                     : evaluate_for(b, node, variable, "the rate");
     for (uint32_t k = 0; k < rate.n; k++) {
         rates[variable->first + k] = rate.ref[k];
     }
@@ -515,8 +538,9 @@ static void compile_all(Block *b, const Ref *rates) {
     spec->assigned = b->n_assigned ? compile(b, b->assigned, b->n_assigned) : NULL;
     spec->assigned_when = copied(b, b->assigned_when, b->n_assigned);
     spec->assigned_state = copied(b, b->assigned_state, b->n_assigned);
-    const double numbers[] = {spec->low,      spec->high,      spec->tolerance, spec->is_stiff,
-                              spec->n_states, spec->n_members, spec->is_coupled};
+    const double numbers[] = {spec->low,      spec->high,       spec->tolerance,
+                              spec->is_stiff, spec->n_states,   spec->n_members,
+                              spec->n_whens,  spec->is_coupled, spec->life != NULL};
     hash_add(&sim->key, numbers, sizeof numbers);
 }
 

@@ -186,7 +186,7 @@ static bool follow(Run *run, SimSystem *system, State *state, double *t, double 
         }
         if (++state->n_steps > SIM_STATE_STEPS) {
             return fail(run, system, *t,
-                        "it takes more than four million steps: a longer tolerance, or "
+                        "it takes more than four million steps: a larger tolerance, or "
                         "stiff = true, may help");
         }
         if (*t > before && !add_step(run, system, state, before, *t, 0)) {

@@ -68,7 +68,7 @@ test_sim_accuracy_is_as_the_manual_says() {
             n=$((n + 1))
         done
     done <<<"$out"
-    [ $n = 42 ] || fail "$n figures"
+    [ $n = 45 ] || fail "$n figures"
 }
 
 # Two balls of one weight swap their speeds: each gets the one that the other had before.
@@ -278,6 +278,49 @@ END
     all_below 1e-6
 }
 
+# Rotations turn with the angular velocity that is their rate.
+test_sim_rotations() {
+    cat >a.st4 <<'END'
+box { size = <1, 2, 3>  pose = Flips.q[0] }
+fn turns(a, b) = <length(a*x - b*x), length(a*y - b*y), length(a*z - b*z)>
+let s = 1rad*t
+sim state Even { span = 0..10  q = rotate(x, 90deg)  q' = pi/2*y }
+sim state Top { // its axis goes round the angular momentum
+  count = 2  span = 0..10  tolerance = 1e-9
+  q = rotate(x, 30deg + 40deg*id)
+  q' = L/2 + 1.5*dot(L, q*z)*(q*z)
+}
+let L = <1, 3, 2>
+fn top(start) = rotate(L, length(L)/2*s)*rotate(start*z, 1.5*dot(L, start*z)*s)*start
+sim state Free { // three moments: the angular momentum stays, in space
+  span = 0..20  tolerance = 1e-9
+  q = rotate(y, 10deg)  w = <0.1, 3, 0.1>
+  q' = q*w
+  w' = <(2 - 3)*w.y*w.z, (3 - 1)*w.z*w.x, (1 - 2)*w.x*w.y>/<1, 2, 3>
+}
+let momentum = Free.q*(<1, 2, 3>*Free.w)
+sim state Flips { // half a turn about z each second, and all others likewise
+  count = 2  span = 0..3  born = 1.5*id  n = 1 + id
+  q = rotate(y, 20deg)  q' = x
+  when t > n { q = rotate(z, 180deg)*Flips.q[0]  n = n + 1 }
+  n' = 0
+}
+fn on(a, b) = rotate(x, clamp(t - a, 0, b - a)*1rad)
+fn flip(a) = rotate(z, t > a ? 180deg : 0deg)
+END
+    at a.st4 '0..10 by 0.25' 'turns(Even.q, rotate(y, 90deg*t)*rotate(x, 90deg))'
+    all_below 1e-6
+    at a.st4 '0..10 by 0.25' 'turns(Top.q[0], top(rotate(x, 30deg)))' \
+        'turns(Top.q[1], top(rotate(x, 70deg)))'
+    all_below 2e-7
+    at a.st4 '0..20 by 0.25' 'momentum - at(momentum, 0)'
+    all_below 1e-6
+    at a.st4 '[0, 0.5, 0.999, 1.001, 1.7, 2.001, 2.5]' \
+        'turns(Flips.q[0], on(2, 3)*flip(2)*on(1, 2)*flip(1)*on(0, 1)*rotate(y, 20deg))' \
+        '(t < 2 ? 0 : 1)*turns(Flips.q[0], Flips.q[1])'
+    all_below 1e-6
+}
+
 test_sim_rest() {
     cat >a.st4 <<'END'
 film { frames = 1..72 }
@@ -381,13 +424,16 @@ test_sim_mistakes() {
     refused "$start q = 0  q' = 1  when q > 1 { w = 2 } }" "'w' has an assignment, but no start"
     refused "$start q = 0  q' = 1  sphere { } }" "'sim state' holds settings"
     if [ -n "${STRESS-}" ]; then
-        refused "$start span = 0..1e9  q = 1  w = 0  q' = w  w' = -q }" 'more than four million steps'
+        refused "$start span = 0..1e7  q = 1  w = 0  q' = w  w' = -q }" 'more than four million steps'
     fi
     refused "$start }" 'has no states'
     refused "sim stat S { q = 0  q' = 1 } sphere { }" 'there is no sim stat'
     refused "$start q = 0  q' = 1 } sphere { radius = S.r }" "S has no member 'r'"
     refused "$start q = 0  q' = 1 } sphere { radius = S }" "write S.NAME"
     refused "$start tolerance = 0  q = 0  q' = 1 }" 'tolerance'
+    refused "$start q = rotate(x, 1deg)  q' = q }" "the rate of 'q' is its angular velocity"
+    refused "$start q = rotate(x, 1deg)  q' = x  when t > 1 { q = x } }" 'is a rotation'
+    refused "$start q = translate(x)  q' = x }" 'this is a transform'
     refused "$start q = 0  q' = 1  if id > 0 { v = 1 } }" "the condition of 'if' must be known"
     refused "$start q = 0  q' = 1  if q > 0 { v = 1 } }" "nothing is called 'q' here"
     refused "$start q = 0  q' = 1  when q > 0 { if q > 1 { q = 0 } } }" 'it is decided once, for all members'

@@ -6,7 +6,7 @@
 
 static void write_states(Writer *w, int depth) {
     static const WriteType types[] = {WRITE_NUMBER, WRITE_NUMBER, WRITE_VEC3, WRITE_ANGLE,
-                                      WRITE_COLOR,  WRITE_VEC2,   WRITE_BOOL};
+                                      WRITE_COLOR,  WRITE_VEC2,   WRITE_BOOL, WRITE_ROTATION};
     for (uint32_t i = 0, n = 1 + fuzz_random(w, 3); i < n; i++) {
         WriteType type = types[fuzz_random(w, N_OF(types))];
         fuzz_put(w, "%c = ", "abc"[i]);
@@ -14,7 +14,7 @@ static void write_states(Writer *w, int depth) {
         fuzz_put(w, "\n");
         if (!fuzz_one_in(w, 4)) {
             fuzz_put(w, "%c' = ", "abc"[i]);
-            fuzz_write(w, type, depth - 1);
+            fuzz_write(w, type == WRITE_ROTATION ? WRITE_VEC3 : type, depth - 1);
             fuzz_put(w, "\n");
         }
     }
