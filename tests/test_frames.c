@@ -216,6 +216,7 @@ static void interrupt_on_alarm(int number) {
 // A run of hours, stopped after some milliseconds: no file, nothing temporary left.
 static void frames_stop_when_interrupted(void **state) {
     (void)state;
+    signal(SIGINT, SIG_DFL); // a shell's background jobs are born with it ignored
     char folder[64], out[128];
     make_folder(folder);
     snprintf(out, sizeof out, "%s/a.exr", folder);
