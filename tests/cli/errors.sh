@@ -34,7 +34,7 @@ test_constant_nan() {
 }
 
 test_not_supported_yet() {
-    refuses 1 'not supported yet' <<<'clip walk = 0s..1s'
+    refuses 1 'not supported yet' <<<'box { size = <0, t, 1> }'
 }
 
 test_missing_mesh() {
