@@ -54,14 +54,13 @@ typedef struct {
     bool reads_film;      // the film is evaluated before everything else: now
     bool has_bad_file;    // an included file could not be parsed
     bool has_failed_file; // a file was missing or damaged
-    struct GivenBlock *free_given; // lang/eval_property.c
-    const struct Place
-        *playing;               // of the instance around the walk that plays clips; NULL: none does
-    Loops *loops;               // batched, around the place where the walk is
-    const struct RunLoop *runs; // those of them that are runs
-    struct Loader *loader;      // lang/loader.h
-    struct Watches *watches;    // lang/watch.h
-    struct SimNears *nears;     // of the sim state under evaluation; NULL: none is
+    struct GivenBlock *free_given;     // lang/eval_property.c
+    const struct Place *playing;       // of the instance around that plays clips; NULL: none
+    Loops *loops;                      // batched, around the place where the walk is
+    const struct RunLoop *runs;        // those of them that are runs
+    struct Loader *loader;             // lang/loader.h
+    struct Watches *watches;           // lang/watch.h
+    struct SimNears *nears;            // of the sim state under evaluation; NULL: none is
     const struct Simulator *simulator; // lang/simulator.h; NULL: nothing is simulated
     Scope *predefined;
     const Node *material_callee; // the function of the call that a material is expected of, or NULL

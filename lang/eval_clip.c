@@ -12,11 +12,10 @@
 
 #include <string.h>
 
+#include "lang/builtins.h"
 #include "lang/functions.h"
 
 enum { MAX_CLIPS = 64 };
-
-static const double FADE_SECONDS = 0.25, PARTS = 32;
 
 // What is played, of what a list says.
 typedef struct {
@@ -113,14 +112,12 @@ Value clip_play(Eval *ev, const Value *clip, const Value *rest) {
     return (Value){.type = VALUE_LIST, .list = list};
 }
 
-static bool read_play(Eval *ev, const Value *value, Play *play) {
-    Dag *dag = ev->dag;
+// A clip alone is as play(...) has it without more. False: it is something else.
+static bool read_play(Eval *ev, const Given *given, const Value *value, Play *play) {
+    Value alone;
     if (value_is(value, VALUE_VEC) && value->n == 2) {
-        *play = (Play){value->ref[0],        value->ref[1],
-                       dag_const(dag, 0),    dag_const(dag, FADE_SECONDS),
-                       dag_const(dag, 1),    dag_const(dag, 0),
-                       dag_const(dag, PARTS)};
-        return true;
+        alone = builtins_apply(ev, BUILTIN_PLAY, value, 1, &given->env, given->node);
+        value = &alone;
     }
     if (!value_is(value, VALUE_LIST) || value->list->n != 7) {
         return false;
@@ -141,7 +138,7 @@ static bool read_play(Eval *ev, const Value *value, Play *play) {
 static uint32_t read_list(Eval *ev, const Given *given, Play plays[MAX_CLIPS]) {
     const Value *value = &given->value;
     Play one;
-    bool is_one = read_play(ev, value, &one);
+    bool is_one = read_play(ev, given, value, &one);
     bool is_list = value_is(value, VALUE_LIST) && !value->list->each;
     uint32_t n = is_one ? 1 : is_list ? value->list->n : 0;
     uint32_t inputs = value_inputs(ev->dag, value) & ~LOOP_INPUTS;
@@ -155,7 +152,7 @@ static uint32_t read_list(Eval *ev, const Given *given, Play plays[MAX_CLIPS]) {
     }
     for (uint32_t i = 0; i < n; i++) {
         const Value *item = is_one ? value : &value->list->items[i];
-        if (!read_play(ev, item, &plays[i])) {
+        if (!read_play(ev, given, item, &plays[i])) {
             eval_error_at(ev, given->where, "write [walk, play(wave, at = 3s)]",
                           "clips are names of clips and play(...), item %u is %s", i + 1,
                           value_describe(ev->arena, item));
@@ -240,7 +237,7 @@ static void fade_times(Dag *dag, const Play *p, const Play *before, const Begin 
                       functions_smoothstep(dag, zero, begin->fade, gone), one);
 }
 
-bool place_play_clips(Eval *ev, Place *place, const Given *given) {
+bool place_play_clips(Eval *ev, Place *place, const Given *given, Ref t) {
     Dag *dag = ev->dag;
     Play plays[MAX_CLIPS];
     Begin begins[MAX_CLIPS];
@@ -249,7 +246,7 @@ bool place_play_clips(Eval *ev, Place *place, const Given *given) {
         return false;
     }
     begin_all(dag, plays, n, begins);
-    Ref t = dag_input(dag, IN_T), zero = dag_const(dag, 0);
+    Ref since = dag_input(dag, IN_T), zero = dag_const(dag, 0);
     Clips *clips = ARENA_NEW(ev->arena, Clips);
     *clips = (Clips){.weight = dag_const(dag, 1),
                      .is_fading = zero,
@@ -262,7 +259,7 @@ bool place_play_clips(Eval *ev, Place *place, const Given *given) {
         Ref gone = op2(dag, OP_SUB, t, begins[k].start), times[3];
         Ref has_begun = op2(dag, OP_LE, begins[k].start, t);
         fade_times(dag, &plays[k], &plays[k - 1], &begins[k], gone, times);
-        fade_times(dag, &plays[k], &plays[k - 1], &begins[k], t, fade->times);
+        fade_times(dag, &plays[k], &plays[k - 1], &begins[k], since, fade->times);
         fade->clock = functions_clamp(dag, gone, zero, begins[k].fade);
         fade->is_on = op2(dag, OP_AND, has_begun, op2(dag, OP_LT, gone, begins[k].fade));
         clips->before = choose(dag, has_begun, times[0], clips->before);

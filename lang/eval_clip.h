@@ -24,8 +24,8 @@ typedef struct Clips {
 Env clip_names(Eval *ev, const Env *env, const Object *copy);
 // What play(...) gives: rest[5] are at, fade, speed, once and parts.
 Value clip_play(Eval *ev, const Value *clip, const Value *rest);
-// Sets the clock and the clips of the place of an instance, both by its parent's clock as IN_T.
+// Sets the clock and the clips of the place of an instance; t: what its parent's clock shows.
 // False: reported, or asked for.
-bool place_play_clips(Eval *ev, Place *place, const Given *given);
+bool place_play_clips(Eval *ev, Place *place, const Given *given, Ref t);
 
 #endif

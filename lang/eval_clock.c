@@ -237,60 +237,40 @@ static Ref given_scalar(Eval *ev, const Object *copy, PropertyId id, double othe
     return is_scalar ? given->value.ref[0] : dag_const(ev->dag, otherwise);
 }
 
-// By speed, offset and cycle or by `clock`, in the time of the parent.
-static void set_line(Eval *ev, Place *place, const Object *copy) {
+// What its clock shows before it starts again, by that of its place as IN_T.
+static Ref unwound_of(Eval *ev, const Object *copy) {
     Dag *dag = ev->dag;
-    const Given *given = object_given(copy, PROPERTY_INSTANCE_CLOCK);
-    place->unwound =
-        given ? given_scalar(ev, copy, PROPERTY_INSTANCE_CLOCK, 0)
-              : dag_op(dag, OP_ADD,
-                       dag_op(dag, OP_MUL, given_scalar(ev, copy, PROPERTY_INSTANCE_SPEED, 1),
-                              dag_input(dag, IN_T), REF_NONE),
-                       given_scalar(ev, copy, PROPERTY_INSTANCE_OFFSET, 0), REF_NONE);
+    if (object_given(copy, PROPERTY_INSTANCE_CLOCK)) {
+        return given_scalar(ev, copy, PROPERTY_INSTANCE_CLOCK, 0);
+    }
+    Ref speed = given_scalar(ev, copy, PROPERTY_INSTANCE_SPEED, 1);
+    Ref run = dag_op(dag, OP_MUL, speed, dag_input(dag, IN_T), REF_NONE);
+    return dag_op(dag, OP_ADD, run, given_scalar(ev, copy, PROPERTY_INSTANCE_OFFSET, 0), REF_NONE);
+}
+
+static bool goes_as_its_place(Eval *ev, const Object *copy) {
+    return !object_given(copy, PROPERTY_INSTANCE_CLIPS) &&
+           !object_given(copy, PROPERTY_INSTANCE_CYCLE) &&
+           unwound_of(ev, copy) == dag_input(ev->dag, IN_T);
+}
+
+static void set_clock(Clock *outer, Place *place, const Object *copy) {
+    Eval *ev = outer->ev;
+    place->unwound = change(outer, unwound_of(ev, copy));
     place->cycle = REF_NONE;
     place->clock = place->unwound;
     if (object_given(copy, PROPERTY_INSTANCE_CYCLE)) {
-        place->cycle = given_scalar(ev, copy, PROPERTY_INSTANCE_CYCLE, 1);
-        place->clock = dag_op(dag, OP_MOD, place->unwound, place->cycle, REF_NONE);
+        place->cycle = change(outer, given_scalar(ev, copy, PROPERTY_INSTANCE_CYCLE, 1));
+        place->clock = dag_op(ev->dag, OP_MOD, place->unwound, place->cycle, REF_NONE);
     }
-}
-
-// What the place's new clock is by the parent's, by the film's.
-static void clock_at_film(Clock *outer, Place *place) {
-    Arena *arena = outer->ev->arena;
-    place->clock = change(outer, place->clock);
-    if (!place->clips) {
-        place->unwound = change(outer, place->unwound);
-        place->cycle = place->cycle == REF_NONE ? REF_NONE : change(outer, place->cycle);
-        return;
-    }
-    Clips *clips = ARENA_NEW(arena, Clips);
-    *clips = *place->clips;
-    clips->before = change(outer, clips->before);
-    clips->weight = change(outer, clips->weight);
-    clips->is_fading = change(outer, clips->is_fading);
-    clips->fades = ARENA_ARRAY(arena, clips->n, ClipFade);
-    for (uint32_t k = 0; k < clips->n; k++) {
-        clips->fades[k] = place->clips->fades[k];
-        clips->fades[k].clock = change(outer, clips->fades[k].clock);
-        clips->fades[k].is_on = change(outer, clips->fades[k].is_on);
-    }
-    place->clips = clips;
 }
 
 bool place_enter_instance(Eval *ev, Place *place, const Object *copy, bool is_instance) {
     if (!check_clock(ev, copy, is_instance)) {
         return false;
     }
-    if (!is_instance) {
+    if (!is_instance || goes_as_its_place(ev, copy)) {
         return true;
-    }
-    const Given *clips = object_given(copy, PROPERTY_INSTANCE_CLIPS);
-    Clock outer = {ev, place_clock(ev, place), NULL};
-    Place inside = *place;
-    set_line(ev, &inside, copy);
-    if (!clips && inside.clock == dag_input(ev->dag, IN_T)) {
-        return true; // as that of the place
     }
     if (place->clips) {
         eval_error_at(ev, copy->where, "give the inner one no clock: it goes by the clips",
@@ -298,24 +278,23 @@ bool place_enter_instance(Eval *ev, Place *place, const Object *copy, bool is_in
                       "clips");
         return false;
     }
-    if (clips && !place_play_clips(ev, &inside, clips)) {
+    const Given *clips = object_given(copy, PROPERTY_INSTANCE_CLIPS);
+    Clock outer = {ev, place_clock(ev, place), NULL};
+    Place within = place_at_clock(ev, place);
+    set_clock(&outer, &within, copy);
+    if (clips && !place_play_clips(ev, &within, clips, outer.clock)) {
         return false;
     }
-    *place = place_at_clock(ev, place);
     for (uint32_t i = 0; i < copy->arguments->n; i++) {
         Binding *argument = &copy->arguments->bindings[i];
         if (argument->state != BINDING_DONE) {
             argument->value = at_clock(&outer, &argument->value);
         }
     }
-    clock_at_film(&outer, &inside);
-    place->clock = inside.clock;
-    place->clips = inside.clips;
-    place->unwound = inside.unwound;
-    place->cycle = inside.cycle;
-    place->inner = NULL;
-    place->outer = place->map;
-    place->outer_is_identity = place->is_identity;
-    place->is_identity = true;
+    within.inner = NULL;
+    within.outer = within.map;
+    within.outer_is_identity = within.is_identity;
+    within.is_identity = true;
+    *place = within;
     return true;
 }

@@ -23,6 +23,11 @@ const char *loader_real_path(Arena *arena, const char *path) {
     return copy;
 }
 
+static const char *base_of(const char *path) {
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
 static bool lies_in(const char *real, const char *real_folder) {
     size_t n = strlen(real_folder);
     return strcmp(real_folder, "/") == 0 || (strncmp(real, real_folder, n) == 0 && real[n] == '/');
@@ -89,8 +94,11 @@ const char *loader_find(Eval *ev, const Env *env, NodeId node, const Value *name
         return *real ? text : NULL;
     }
     bool is_outside = steps_out(text);
-    const char *own = loader_real_path(ev->arena, env->module->syntax->file->path);
-    const char *own_path = NULL; // as it was found: a script that names itself means another
+    const char *script = env->module->syntax->file->path;
+    const char *own = strcmp(base_of(text), base_of(script)) == 0
+                          ? loader_real_path(ev->arena, script)
+                          : NULL; // of a script that names itself: it means another
+    const char *own_path = NULL;  // as it was found
     for (size_t i = 0; (folder = loader_folder(ev, env, name, i)); i++) {
         const char *path = join(ev->arena, folder, text);
         const char *real_folder = loader_real_path(ev->arena, folder);

@@ -17,12 +17,12 @@ typedef struct {
 struct ProgramMemo {
     Arena *arena;
     uint32_t mask;
-    Slot *slots;
+    Slot *slots; // NULL: nothing was run yet, and in many scenes nothing ever is
 };
 
 ProgramMemo *memo_new(Arena *arena, uint32_t n_slots) {
     ProgramMemo *memo = ARENA_NEW(arena, ProgramMemo);
-    *memo = (ProgramMemo){arena, n_slots - 1, ARENA_ARRAY(arena, n_slots, Slot)};
+    *memo = (ProgramMemo){arena, n_slots - 1, NULL};
     return memo;
 }
 
@@ -54,6 +54,7 @@ void memo_run(ProgramMemo *memo, const Program *program, const double in[IN_COUN
     for (int k = 0; k < LOOPS; k++) {
         loops[k] = inputs >> (IN_LOOP0 + k) & 1 ? in[IN_LOOP0 + k] : 0;
     }
+    memo->slots = memo->slots ? memo->slots : ARENA_ARRAY(memo->arena, memo->mask + 1, Slot);
     Slot *slot = slot_of(memo, program, loops);
     const double seconds[2] = {in[IN_T], in[IN_FILM_T]};
     bool is_known = slot->program == program && memcmp(slot->loops, loops, sizeof loops) == 0;

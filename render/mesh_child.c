@@ -16,19 +16,25 @@
 
 // ---- in the child
 
+void *mesh_child_symbol(const char *name, int fd, void *refusal, size_t size, char *message,
+                        size_t n) {
+    void *symbol = plugin_symbol("st4-assimp.so", name, message, n);
+    if (!symbol) {
+        ssize_t put = write(fd, refusal, size);
+        (void)put;
+    }
+    return symbol;
+}
+
 void mesh_child_assimp(const void *path, int fd) {
     MeshStream refusal = {.magic = MESH_STREAM_MAGIC, .status = MESH_BAD_FORMAT};
-    void *symbol =
-        plugin_symbol("st4-assimp.so", "mesh_assimp_send", refusal.message, sizeof refusal.message);
-    if (!symbol) {
-        ssize_t put = write(fd, &refusal, sizeof refusal);
-        (void)put;
-        return;
+    void *symbol = mesh_child_symbol("mesh_assimp_send", fd, &refusal, sizeof refusal,
+                                     refusal.message, sizeof refusal.message);
+    if (symbol) { // POSIX: a pointer from dlsym may be copied into one to a function.
+        int (*assimp_send)(const char *, int);
+        memcpy(&assimp_send, &symbol, sizeof symbol);
+        assimp_send(path, fd);
     }
-    // POSIX: a pointer from dlsym may be copied into one to a function.
-    int (*assimp_send)(const char *, int);
-    memcpy(&assimp_send, &symbol, sizeof symbol);
-    assimp_send(path, fd);
 }
 
 // ---- in the parent

@@ -15,6 +15,11 @@ MeshStatus mesh_child_read(Arena *arena, ChildBody *body, const void *argument,
 static const ChildLimits mesh_child_limits = {
     .memory = (size_t)4 << 30, .seconds = 60, .wait = 120};
 
+// In the child: a function of st4-assimp.so. NULL: there is none, the refusal was sent; message[n],
+// which lies in it, says why.
+void *mesh_child_symbol(const char *name, int fd, void *refusal, size_t size, char *message,
+                        size_t n);
+
 // Why a child ended early, whose status is that of child_stop.
 MeshStatus mesh_child_explain(const Child *child, int status, char *message, size_t n);
 

@@ -12,23 +12,18 @@
 #include "render/mesh_assimp.h"
 #include "render/mesh_build.h"
 #include "render/mesh_child.h"
-#include "render/plugin.h"
 
 // ---- In the child
 
 static void run(const void *query, int fd) {
     ClipStream refusal = {.magic = CLIP_STREAM_MAGIC, .status = MESH_BAD_FORMAT};
-    void *symbol = plugin_symbol("st4-assimp.so", "mesh_assimp_send_clips", refusal.message,
-                                 sizeof refusal.message);
-    if (!symbol) {
-        ssize_t put = write(fd, &refusal, sizeof refusal);
-        (void)put;
-        return;
+    void *symbol = mesh_child_symbol("mesh_assimp_send_clips", fd, &refusal, sizeof refusal,
+                                     refusal.message, sizeof refusal.message);
+    if (symbol) { // as in mesh_child_assimp
+        int (*send_clips)(const ClipQuery *, int);
+        memcpy(&send_clips, &symbol, sizeof symbol);
+        send_clips(query, fd);
     }
-    // POSIX: a pointer from dlsym may be copied into one to a function.
-    int (*send_clips)(const ClipQuery *, int);
-    memcpy(&send_clips, &symbol, sizeof symbol);
-    send_clips(query, fd);
 }
 
 // ---- In the parent

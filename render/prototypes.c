@@ -95,6 +95,7 @@ static void gather(Arena *arena, Prototypes *p, const uint32_t *which, uint32_t 
 Prototypes prototypes_of(Arena *arena, const Shape *shape, const uint32_t *which, uint32_t n) {
     const Program *points = shape->kind == SHAPE_MESH ? shape->vertex : shape->geometry;
     Prototypes p = {.n = n > 0};
+    // Where these read none, breaks that differ are those of transforms, which are not sampled.
     if (!program_reads_loops(points) && !program_reads_loops(shape->fade)) {
         return p;
     }

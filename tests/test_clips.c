@@ -4,6 +4,7 @@
 
 #include "tests/near.h"
 #include "tests/skinned_gltf.h"
+#include "tests/mesh_folder.h"
 #include "tests/suite.h"
 
 #include <float.h>
@@ -12,55 +13,20 @@
 #include <string.h>
 #include <unistd.h>
 
-typedef struct {
-    char folder[64], path[128], message[256];
-    Arena arena;
-    Mesh mesh;
-    PointCache places;
-    MeshClips clips;
-} Fixture;
-
-static int set_up(void **state) {
-    Fixture *f = calloc(1, sizeof *f);
-    snprintf(f->folder, sizeof f->folder, "/tmp/st4-clips-XXXXXX");
-    *state = f;
-    return mkdtemp(f->folder) == NULL;
-}
-
-static int tear_down(void **state) {
-    Fixture *f = *state;
-    unlink(f->path);
-    int left = rmdir(f->folder);
-    arena_free(&f->arena);
-    free(f);
-    return left;
-}
-
-static void put_file(Fixture *f, const char *base, const char *text, size_t n) {
-    if (f->path[0]) {
-        unlink(f->path);
-    }
-    snprintf(f->path, sizeof f->path, "%s/%s", f->folder, base);
-    FILE *file = fopen(f->path, "wb");
-    assert_non_null(file);
-    assert_int_equal(fwrite(text, 1, n, file), n);
-    fclose(file);
-}
-
-static void put_gltf(Fixture *f, SkinnedKind kind) {
+static void put_gltf(MeshFolder *f, SkinnedKind kind) {
     char *text = skinned_gltf(kind);
-    put_file(f, "a.gltf", text, strlen(text));
+    mesh_folder_put(f, "a.gltf", text, strlen(text));
     free(text);
 }
 
-static MeshStatus read_two(Fixture *f, const char *first, const char *second) {
+static MeshStatus read_two(MeshFolder *f, const char *first, const char *second) {
     const char *names[2] = {first, second};
     f->message[0] = '\0';
     return mesh_clips_read(&f->arena, f->path, names, second ? 2 : 1, &f->places, &f->clips,
                            f->message, sizeof f->message);
 }
 
-static void read_well(Fixture *f, const char *first, const char *second) {
+static void read_well(MeshFolder *f, const char *first, const char *second) {
     if (read_two(f, first, second) != MESH_OK) {
         fail_msg("%s", f->message);
     }
@@ -90,7 +56,7 @@ static double diagonal(void) {
 }
 
 // The largest error where the clip begins at `begin`, asked every 1 ms or so.
-static double largest_error(const Fixture *f, Oracle *oracle, double begin, double seconds) {
+static double largest_error(const MeshFolder *f, Oracle *oracle, double begin, double seconds) {
     double worst = 0;
     for (double t = 0; t < seconds; t += 0.00117) {
         for (uint32_t i = 0; i < SKINNED_VERTICES; i++) {
@@ -104,7 +70,7 @@ static double largest_error(const Fixture *f, Oracle *oracle, double begin, doub
 }
 
 static void the_rest_is_what_bones_hold(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     put_gltf(f, SKINNED_SOUND);
     assert_int_equal(mesh_read(&f->arena, f->path, &f->mesh, f->message, 256), MESH_OK);
     assert_int_equal(f->mesh.n_vertices, SKINNED_VERTICES);
@@ -119,7 +85,7 @@ static void the_rest_is_what_bones_hold(void **state) {
 }
 
 static void places_are_within_the_bound(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     put_gltf(f, SKINNED_SOUND);
     read_well(f, "Bend", NULL);
     assert_int_equal(f->places.n_points, SKINNED_VERTICES);
@@ -133,7 +99,7 @@ static void places_are_within_the_bound(void **state) {
 }
 
 static void straight_motion_needs_two_keys(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     put_gltf(f, SKINNED_SOUND);
     read_well(f, "Slide", NULL);
     assert_int_equal(f->places.n_samples, 2);
@@ -148,7 +114,7 @@ static void straight_motion_needs_two_keys(void **state) {
 
 // Just before the second one begins the first one is at its end.
 static void clips_follow_each_other(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     put_gltf(f, SKINNED_SOUND);
     read_well(f, "Bend", "Wave");
     assert_true(largest_error(f, skinned_bend, 0, 2.4999) < 1e-4 * diagonal());
@@ -165,7 +131,7 @@ static void clips_follow_each_other(void **state) {
 }
 
 static void names_are_told(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     put_gltf(f, SKINNED_SOUND);
     assert_int_equal(mesh_clips_list(&f->arena, f->path, &f->clips, f->message, 256), MESH_OK);
     assert_int_equal(f->clips.n, 3);
@@ -178,7 +144,7 @@ static void names_are_told(void **state) {
     assert_int_equal(f->clips.missing, 1);
     assert_int_equal(f->clips.n, 3);
     static const char obj[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-    put_file(f, "a.obj", obj, strlen(obj));
+    mesh_folder_put(f, "a.obj", obj, strlen(obj));
     assert_int_equal(read_two(f, "Bend", NULL), MESH_NO_CLIP);
     assert_string_equal(f->message, "it has no clips");
     assert_int_equal(f->clips.n, 0);
@@ -189,7 +155,7 @@ static void names_are_told(void **state) {
 // ---- Wrong files
 
 // A message, or places that are sound.
-static void assert_sound(Fixture *f, MeshStatus status) {
+static void assert_sound(MeshFolder *f, MeshStatus status) {
     if (status != MESH_OK) {
         assert_true(f->message[0]);
         return;
@@ -212,7 +178,7 @@ static void wrong_files_are_refused(void **state) {
         [SKINNED_BACKWARD] = "do not ascend",
         [SKINNED_MORPH] = "not supported yet: clips that move morph targets",
     };
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     for (SkinnedKind kind = 0; kind < SKINNED_KINDS; kind++) {
         put_gltf(f, kind);
         MeshStatus status = read_two(f, "Bend", NULL);
@@ -238,11 +204,11 @@ static void bones_hold_no_vertices_that_are_not_there(void **state) {
         "SkinWeights { \"Bone\"; 2; 0, %s; 1, 1; 1;0;0;0;0;1;0;0;0;0;1;0;0;0;0;1;; } } }\n"
         "AnimationSet Go { Animation { { Bone } AnimationKey { 2; 2; 0;3;0;0;0;;, 4800;3;1;0;0;;; "
         "} } }\n";
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     for (int i = 0; i < 2; i++) {
         char file[sizeof text + 16];
         snprintf(file, sizeof file, text, i ? "2000000000" : "1");
-        put_file(f, "a.x", file, strlen(file));
+        mesh_folder_put(f, "a.x", file, strlen(file));
         MeshStatus status = read_two(f, "Go", NULL);
         assert_sound(f, status);
         if (i == 0 && status != MESH_OK) {
@@ -252,7 +218,7 @@ static void bones_hold_no_vertices_that_are_not_there(void **state) {
 }
 
 static void damaged_clips_do_not_crash(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     char *sound = skinned_gltf(SKINNED_SOUND);
     size_t n = strlen(sound);
     uint64_t seed = 7;
@@ -263,14 +229,15 @@ static void damaged_clips_do_not_crash(void **state) {
             seed = seed * UINT64_C(6364136223846793005) + 1442695040888963407u;
             copy[(size_t)(seed >> 33) % n] = "0123456789-.,:\"[]{}eAz/"[(seed >> 20) % 23];
         }
-        put_file(f, "a.gltf", copy, n);
+        mesh_folder_put(f, "a.gltf", copy, n);
         assert_sound(f, read_two(f, "Bend", "Wave"));
         free(copy);
     }
     free(sound);
 }
 
-#define CLIP_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define CLIP_TEST(name)                                                                            \
+    cmocka_unit_test_setup_teardown(name, mesh_folder_set_up, mesh_folder_tear_down)
 
 static const struct CMUnitTest tests[] = {
     CLIP_TEST(the_rest_is_what_bones_hold),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mesh files: what each format gives, each message, damage, and readers that crash.
 #include "render/mesh.h"
+#include "tests/mesh_folder.h"
 #include "tests/suite.h"
 
 #include <math.h>
@@ -14,46 +15,13 @@
 #include "render/mesh_assimp.h"
 #include "render/mesh_child.h"
 
-typedef struct {
-    char folder[64], path[128], message[256];
-    Arena arena;
-    Mesh mesh;
-} Fixture;
-
-static int set_up(void **state) {
-    Fixture *f = calloc(1, sizeof *f);
-    snprintf(f->folder, sizeof f->folder, "/tmp/st4-mesh-XXXXXX");
-    *state = f;
-    return mkdtemp(f->folder) == NULL;
-}
-
-static int tear_down(void **state) {
-    Fixture *f = *state;
-    unlink(f->path);
-    int left = rmdir(f->folder);
-    arena_free(&f->arena);
-    free(f);
-    return left;
-}
-
-static void put_file(Fixture *f, const char *base, const void *bytes, size_t n) {
-    if (f->path[0]) {
-        unlink(f->path);
-    }
-    snprintf(f->path, sizeof f->path, "%s/%s", f->folder, base);
-    FILE *file = fopen(f->path, "wb");
-    assert_non_null(file);
-    assert_int_equal(fwrite(bytes, 1, n, file), n);
-    fclose(file);
-}
-
-static MeshStatus read_bytes(Fixture *f, const char *base, const void *bytes, size_t n) {
-    put_file(f, base, bytes, n);
+static MeshStatus read_bytes(MeshFolder *f, const char *base, const void *bytes, size_t n) {
+    mesh_folder_put(f, base, bytes, n);
     f->message[0] = '\0';
     return mesh_read(&f->arena, f->path, &f->mesh, f->message, sizeof f->message);
 }
 
-static void read_text(Fixture *f, const char *base, const char *text) {
+static void read_text(MeshFolder *f, const char *base, const char *text) {
     if (read_bytes(f, base, text, strlen(text)) != MESH_OK) {
         fail_msg("%s: %s", base, f->message);
     }
@@ -76,7 +44,7 @@ static void assert_indices(const Mesh *mesh, uint32_t n, const uint32_t *expecte
 // ---- OBJ
 
 static void obj_keeps_the_order(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     read_text(f, "a.obj",
               "# a square and a triangle\r\nmtllib x.mtl\r\no thing\r\nv 0 0 0\r\nv 1 0 0 1\r\n"
               "v 1 1 0 0.5 0.5 0.5\r\n\tv  0 1 -0.5\r\nv 7 7 7\r\ns off\r\nf 1 2 \\\r\n 3 4\r\n"
@@ -90,7 +58,7 @@ static void obj_keeps_the_order(void **state) {
 
 // Vertex 2 is used with two texture coordinates: the second one goes behind all v.
 static void obj_splits_vertices(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     read_text(f, "a.obj",
               "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 0.25 0.5\nvt 1 1\nvn 0 0 2\n"
               "f 1/1/1 2/2/1 3/3/1\nf 3/3/1 2/1/1 4/3/1\nf 2/1/1 4/3/1 1/1/1\n");
@@ -104,7 +72,7 @@ static void obj_splits_vertices(void **state) {
 }
 
 static void obj_mends_normals(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     read_text(f, "a.obj",
               "v 0 0 0\nv 1 0 0\nv 0 0 1\nv 5 5 5\nvn 0 0 0\nvn nan 0 1\nvn 0 -3 0\n"
               "f 1//1 2//2 3//3\n");
@@ -168,7 +136,7 @@ static size_t make_binary_ply(unsigned char *to, bool is_big) {
 }
 
 static void ply_reads_both_byte_orders(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     for (int is_big = 0; is_big < 2; is_big++) {
         unsigned char bytes[1024];
         size_t n = make_binary_ply(bytes, is_big);
@@ -195,7 +163,7 @@ static const char ascii_ply[] =
     "0 0 0 0 0 1\n1 0 0 0 0 5\n1 1 0 0 0 1 \n0 1 0 0 0 0\n3 0 1 2\n3 0 2 3\n";
 
 static void ply_reads_ascii(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     read_text(f, "a.ply", ascii_ply);
     assert_positions(&f->mesh, 4, (double[]){0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0});
     assert_indices(&f->mesh, 2, (uint32_t[]){0, 1, 2, 0, 2, 3});
@@ -205,7 +173,7 @@ static void ply_reads_ascii(void **state) {
 }
 
 static void ply_round_trips(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     double position[] = {0.1, 1e300, -0.0, 1, 2, 3, 4, 5, 6.000000000000001};
     float normal[] = {1, 0, 0, 0, 1, 0, 0, 0, -1}, uv[] = {0, 0.1f, -2, 3, 1e-30f, 1};
     uint32_t index[] = {2, 1, 0, 0, 1, 2};
@@ -244,7 +212,7 @@ static const char ascii_stl[] =
     "   vertex 1 0 -0\n   vertex 1 1 0\n  endloop\n endfacet\nendsolid two words\n";
 
 static void stl_welds(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     unsigned char bytes[256];
     for (int is_ascii = 0; is_ascii < 2; is_ascii++) {
         if (is_ascii) {
@@ -329,7 +297,7 @@ static void mistakes_get_their_message(void **state) {
         {"a.off", "OFX\n", NULL},
         {"a.xyzzy", "who knows\n", "no reader knows this kind of file"},
     };
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         MeshStatus status = read_bytes(f, cases[i].name, cases[i].text, strlen(cases[i].text));
         assert_int_equal(status, cases[i].text[0] ? MESH_BAD_FORMAT : MESH_NO_FILE);
@@ -348,7 +316,7 @@ static void mistakes_get_their_message(void **state) {
 
 // ---- damage
 
-static void assert_sound(const Fixture *f, MeshStatus status) {
+static void assert_sound(const MeshFolder *f, MeshStatus status) {
     if (status != MESH_OK) {
         assert_true(f->message[0]);
         return;
@@ -362,7 +330,7 @@ static void assert_sound(const Fixture *f, MeshStatus status) {
     }
 }
 
-static void damage(Fixture *f, const char *base, const void *bytes, size_t n, uint64_t seed) {
+static void damage(MeshFolder *f, const char *base, const void *bytes, size_t n, uint64_t seed) {
     unsigned char copy[1024];
     for (int i = 0; i < 400; i++) {
         memcpy(copy, bytes, n);
@@ -389,7 +357,7 @@ static void damage(Fixture *f, const char *base, const void *bytes, size_t n, ui
 }
 
 static void damage_never_crashes(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     static const char obj[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.5\nvt 0 0\nvt 1 1\nvn 0 0 1\n"
                               "vn 0 1 0\nf 1/1/1 2/2/1 3/1/2 4/2/2\nf -1/-1/-1 2/1/2 1/2/1\n";
     unsigned char bytes[1024];
@@ -403,7 +371,7 @@ static void damage_never_crashes(void **state) {
 // ---- the child process
 
 static void assimp_reads_off(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     read_text(f, "a.off", "OFF\n4 2 0\n0 0 0\n2 0 0\n0 2 0\n0 0 2.5\n3 0 2 1\n3 0 1 3\n");
     assert_int_equal(f->mesh.n_triangles, 2);
     double sum = 0;
@@ -415,7 +383,7 @@ static void assimp_reads_off(void **state) {
 
 // One triangle in a buffer of 36 bytes, (0 0 0) (1 0 0) (0 1 0), under a node that moves, mirrors.
 static void assimp_places_gltf_nodes(void **state) {
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     read_text(f, "a.gltf",
               "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
               "\"nodes\":[{\"mesh\":0,\"translation\":[10,0,0],\"scale\":[-1,1,1]}],"
@@ -503,7 +471,7 @@ static void children_may_fail(void **state) {
         {send_bad_index, MESH_BAD_FORMAT, "face 0: index 1 is beyond the 1 vertices"},
         {send_refusal, MESH_TOO_LARGE, "too much  of it"},
     };
-    Fixture *f = *state;
+    MeshFolder *f = *state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         ChildLimits limits = {.memory = (size_t)1 << 30, .seconds = 1, .wait = 30};
         limits.wait = cases[i].body == hang ? 0.1 : limits.wait;
@@ -516,7 +484,8 @@ static void children_may_fail(void **state) {
     }
 }
 
-#define MESH_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define MESH_TEST(name)                                                                            \
+    cmocka_unit_test_setup_teardown(name, mesh_folder_set_up, mesh_folder_tear_down)
 
 static const struct CMUnitTest tests[] = {
     MESH_TEST(obj_keeps_the_order),
