@@ -57,8 +57,9 @@ test_interrupted_runs_go_on() {
     expect 0 "$ST4" ball.st4 -f 2 -s 1000 -o whole.exr
     for j in 1 2 5; do
         n=0
-        until timeout --preserve-status -s INT 0.5 "$ST4" ball.st4 -f 2 -s 1000 -j $j \
-            -o part.exr --resume >.out 2>.err; do
+        # One signal: a second, as timeout sends it to its group, ends st4 in whatever it is doing.
+        until timeout --foreground --preserve-status -s INT 0.5 "$ST4" ball.st4 -f 2 -s 1000 \
+            -j $j -o part.exr --resume >.out 2>.err; do
             n=$((n + 1))
             [ ! -e part.exr ] || fail 'a picture that is not finished'
             [ $n -lt 1000 ] || fail "no end: $(cat .err)"
