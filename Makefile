@@ -50,9 +50,9 @@ LDLIBS := -lOpenEXRCore-3_1 -lsleef -lz -lsundials_cvode -lsundials_nvecserial \
 ODE := render/sim_ode.c render/sim_ode_shape.c render/sim_ode_touch.c
 ASSIMP := render/mesh_assimp.c render/mesh_keys.c render/mesh_motion.c render/mesh_skin.c
 PLUGINS := render/image_oiio.cpp $(ASSIMP) $(ODE)
-# Files named *_avx2.c (and *_avx512.c) are the only ones compiled for that instruction set.
-ISA_avx2 := -mavx2 -mfma -mf16c -mbmi -mbmi2
-ISA_avx512 := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mfma
+# Files named *_avx2.c and *_avx512.c are the only ones compiled for these instruction sets.
+ISA_avx2 := -mavx2 -mfma -mbmi -mbmi2
+ISA_avx512 := $(ISA_avx2) -mavx512f -mavx512dq -mavx512vl -mavx512bw
 # In these, and in their scalar twins, loops over three axes are unrolled, so that arrays of wide
 # registers do not go through memory.
 KERNEL_release := -O3
@@ -144,7 +144,7 @@ FUZZED := $(filter-out $(MAIN) lang/command% lang/session.c lang/options.c lang/
           $(filter-out render/mesh_child.c render/mesh_clips.c $(ASSIMP),$(wildcard render/mesh*.c)) \
           render/mover.c render/point_cache.c render/shutter.c render/sim_course.c \
           render/sim_solid.c render/snapshot.c render/local_time.c render/texture.c \
-          render/plugin.c accel/arena_array.c
+          render/plugin.c accel/arena_array.c accel/cpu.c
 FUZZER := $(wildcard tests/fuzz/*.c)
 FUZZ_OBJECTS := $(FUZZED:%.c=$(FUZZ)/%.o) $(FUZZER:%.c=$(FUZZ)/%.o)
 FUZZ_SANITIZERS := address,undefined,float-cast-overflow
@@ -160,7 +160,7 @@ $(FUZZER:%.c=$(FUZZ)/%.o): FUZZ_CFLAGS += -fsanitize=$(FUZZ_SANITIZERS)
 
 $(FUZZ)/%.o: %.c Makefile
 	@mkdir -p $(@D)
-	clang $(FUZZ_CFLAGS) $(if $(findstring _avx2.c,$<),$(ISA_avx2)) -c -o $@ $<
+	clang $(FUZZ_CFLAGS) $(foreach isa,avx2 avx512,$(if $(findstring _$(isa).c,$<),$(ISA_$(isa)))) -c -o $@ $<
 
 $(FUZZ)/fuzz: $(FUZZ_OBJECTS)
 	clang -fsanitize=fuzzer,$(FUZZ_SANITIZERS) -Wl,--wrap=program_run -o $@ $^ -lsleef -lm -ldl

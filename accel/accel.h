@@ -136,10 +136,4 @@ typedef struct {
 
 bool accel_oracle(const Geometry *geometry, const AccelRay *ray, OracleHit *hit);
 
-// Which instruction set the structures built from now on use: "scalar", "avx2", NULL for the best
-// that this machine has. The bits of the hits are the same in all. False: unknown, or not here.
-// Not thread-safe; meant for the start of the program and for tests.
-bool accel_set_cpu(const char *name);
-const char *accel_cpu(void); // what is in use
-
 #endif

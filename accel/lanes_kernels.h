@@ -24,7 +24,9 @@ static inline uint32_t lanes_insert(const float t[16], uint32_t mask, const uint
     return to_child[count - 1];
 }
 
-#ifdef __AVX2__
+#if defined __AVX512F__
+#include "accel/lanes_avx512_kernels.h"
+#elif defined __AVX2__
 #include "accel/lanes_avx2_kernels.h"
 #else
 

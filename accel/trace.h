@@ -8,7 +8,6 @@
 struct Kd4Accel;
 
 typedef struct {
-    const char *name; // as accel_set_cpu() takes it
     bool (*brute_closest)(const Geometry *geometry, const AccelRay *ray, AccelHit *hit,
                           AccelCounters *count);
     bool (*brute_occluded)(const Geometry *geometry, const AccelRay *ray, AccelCounters *count);
@@ -17,9 +16,9 @@ typedef struct {
     bool (*kd4_occluded)(const struct Kd4Accel *accel, const AccelRay *ray, AccelCounters *count);
 } TraceKernels;
 
-extern const TraceKernels trace_scalar, trace_avx2;
+extern const TraceKernels trace_scalar, trace_avx2, trace_avx512;
 
-// What accel_set_cpu() chose. Structures keep it from their build on.
+// Those of cpu_now(). Structures keep them from their build on.
 const TraceKernels *trace_kernels(void);
 
 // What every kernel ends with. count may be NULL.

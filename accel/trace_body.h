@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The text of one set of kernels: included once by each file that is compiled for an instruction
-// set, which defines TRACE_KERNELS (the set's name) and TRACE_NAME.
+// set, which defines TRACE_KERNELS, the set's name.
 #include "accel/trace_kd4_body.h"
 
 // ---- No structure
@@ -34,5 +34,8 @@ static bool brute_occluded(const Geometry *geometry, const AccelRay *ray, AccelC
 }
 
 const TraceKernels TRACE_KERNELS = {
-    TRACE_NAME, brute_closest, brute_occluded, kd4_closest, kd4_occluded,
+    brute_closest,
+    brute_occluded,
+    kd4_closest,
+    kd4_occluded,
 };

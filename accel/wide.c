@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "accel/clock.h"
+#include "accel/cpu.h"
 #include "accel/kd4_accel.h"
 #include "accel/trace.h"
 
@@ -98,6 +99,18 @@ static size_t expected_bytes(const Geometry *g) {
     return work + clusters * (sizeof(Cluster) + keys + tree) + sizeof(WideTree);
 }
 
+static WideTrace *const closest_kernels[CPU_COUNT] = {
+    [CPU_SCALAR] = wide_closest_scalar,
+    [CPU_AVX2] = wide_closest_avx2,
+    [CPU_AVX512] = wide_closest_avx512,
+};
+
+static WideTrace *const occluded_kernels[CPU_COUNT] = {
+    [CPU_SCALAR] = wide_occluded_scalar,
+    [CPU_AVX2] = wide_occluded_avx2,
+    [CPU_AVX512] = wide_occluded_avx512,
+};
+
 Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelStats *stats) {
     // The kd-tree gets coarser within any bound; this one has a size and either fits or does not.
     size_t reserved = expected_bytes(geometry);
@@ -113,9 +126,8 @@ Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelSt
     wide->geometry = geometry;
     wide->is_moving = geometry->n_keys > 1;
     wide->n_spans = wide->is_moving ? geometry->n_keys - 1 : 1;
-    bool has_avx2 = strcmp(accel_cpu(), "avx2") == 0;
-    wide->closest = has_avx2 ? wide_closest_avx2 : wide_closest_scalar;
-    wide->occluded = has_avx2 ? wide_occluded_avx2 : wide_occluded_scalar;
+    wide->closest = closest_kernels[cpu_now()];
+    wide->occluded = occluded_kernels[cpu_now()];
     double start = clock_seconds();
     wide->set = cluster_build(geometry, options->n_threads);
     double middle = clock_seconds();

@@ -110,6 +110,7 @@ bool wide_occluded(const Accel *accel, const AccelRay *ray, AccelCounters *count
 bool wide_validate(const Accel *accel, char *why, size_t n);
 void wide_destroy(Accel *accel);
 
-WideTrace wide_closest_scalar, wide_occluded_scalar, wide_closest_avx2, wide_occluded_avx2;
+WideTrace wide_closest_scalar, wide_occluded_scalar, wide_closest_avx2, wide_occluded_avx2,
+    wide_closest_avx512, wide_occluded_avx512;
 
 #endif

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "accel/clock.h"
+#include "accel/cpu.h"
 #include "lang/command.h"
 
 static bool wants_color(const Options *options) {
@@ -124,6 +125,24 @@ static bool find_frames(Session *session) {
     return false;
 }
 
+static bool set_cpu(const Session *session) {
+    const OptionValue *value = &session->options->values[OPTION_CPU];
+    const char *name = value->is_set ? cpu_names[value->integer] : NULL;
+    if (cpu_set(name)) {
+        return true;
+    }
+    const char *names = "";
+    for (int cpu = 0; cpu < CPU_COUNT; cpu++) {
+        if (cpu_has((Cpu)cpu)) {
+            names =
+                arena_printf(session->arena, "%s%s %s", names, *names ? "," : "", cpu_names[cpu]);
+        }
+    }
+    diag_error(session->diag, (Span){0, 0}, NULL, "--cpu: this processor has no %s, only%s", name,
+               names);
+    return false;
+}
+
 int session_begin(Session *session, Arena *arena, const Options *options) {
     enum { TEXT, JSON };
     *session = (Session){.arena = arena, .options = options, .began = clock_seconds()};
@@ -131,10 +150,7 @@ int session_begin(Session *session, Arena *arena, const Options *options) {
     session->reporter = (Reporter){emit, session};
     session->diag = diag_new(arena, &session->sources, stderr,
                              options->values[OPTION_DIAG].integer == JSON, wants_color(options));
-    const char *cpu = options->values[OPTION_CPU].text;
-    if (cpu && !program_set_cpu(cpu)) {
-        diag_error(session->diag, (Span){0, 0}, NULL,
-                   "--cpu: '%s' is none of scalar, avx2 that this processor has", cpu);
+    if (!set_cpu(session)) {
         return STATUS_USAGE;
     }
     return set_warnings(session) ? STATUS_OK : STATUS_USAGE;

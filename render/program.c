@@ -55,26 +55,13 @@ const uint8_t op_operands[OP_COUNT] = {
 
 static struct { _Atomic uint64_t runs, elements, instructions; } counters;
 
-static const ProgramCpu cpu_scalar = {program_kernel_scalar, program_sincos_scalar};
-static const ProgramCpu cpu_avx2 = {program_kernel_avx2, program_sincos_avx2};
-static _Atomic(const ProgramCpu *) cpu;
-
-bool program_set_cpu(const char *name) {
-    bool has_avx2 = cpu_has_avx2();
-    bool is_scalar = name && strcmp(name, "scalar") == 0;
-    bool is_avx2 = name && strcmp(name, "avx2") == 0;
-    if (name && !is_scalar && !(is_avx2 && has_avx2)) {
-        return false;
-    }
-    cpu = is_scalar || !has_avx2 ? &cpu_scalar : &cpu_avx2;
-    return true;
-}
-
-static const ProgramCpu *cpu_now(void) {
-    if (!cpu) {
-        program_set_cpu(NULL);
-    }
-    return cpu;
+static const ProgramCpu *kernels_now(void) {
+    static const ProgramCpu all[CPU_COUNT] = {
+        [CPU_SCALAR] = {program_kernel_scalar, program_sincos_scalar},
+        [CPU_AVX2] = {program_kernel_avx2, program_sincos_avx2},
+        [CPU_AVX512] = {program_kernel_avx512, program_sincos_avx512},
+    };
+    return &all[cpu_now()];
 }
 
 static bool has_table(Op op) {
@@ -505,7 +492,7 @@ void program_run(const Program *p, const ProgramInputs *in, size_t n, double *co
                  .at = (double **)(void *)(value + p->n_steps),
                  .batch = batch};
     run_uniform(&call);
-    const ProgramCpu *kernels = cpu_now();
+    const ProgramCpu *kernels = kernels_now();
     uint64_t n_run = 0;
     for (size_t first = 0; first < n; first += batch) {
         size_t size = n - first < batch ? n - first : batch;

@@ -124,10 +124,6 @@ void program_run_kept(const Program *program, const double in[IN_COUNT], double 
 // Where they are equal, so is whatever comes of them. values NULL: only counts.
 uint32_t program_kept(const Program *program, const double *registers, double *values);
 
-// Which kernels run: "scalar" or "avx2". NULL: the best that the processor has. False: unknown or
-// not supported here. The results do not depend on it.
-bool program_set_cpu(const char *name);
-
 // Whether a result is true; NaN is not.
 static inline bool program_is_true(double x) {
     return x != 0 && !isnan(x);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The float kernels against the oracle, at edges and vertices, on bad input, on all processors.
+#include "accel/cpu.h"
 #include "tests/accel_scenes.h"
 #include "tests/suite.h"
 
@@ -297,29 +298,29 @@ static void intersect_never_hits_degenerate(void **state) {
 
 static void intersect_is_alike_on_all_processors(void **state) {
     (void)state;
-    if (!accel_set_cpu("avx2")) {
-        skip();
-    }
     TestScene scenes[] = {scene_head(12, 5, 0.1, 3), scene_spheres(50, 4, 0.1, 0.05, 6)};
     for (int k = 0; k < 2; k++) {
-        Accel *avx2 = build_brute(&scenes[k].geometry);
-        assert_true(accel_set_cpu("scalar"));
-        assert_string_equal(accel_cpu(), "scalar");
+        assert_true(cpu_set("scalar"));
+        assert_int_equal(cpu_now(), CPU_SCALAR);
         Accel *scalar = build_brute(&scenes[k].geometry);
-        uint64_t seed = 5;
-        for (int i = 0; i < 3000; i++) {
-            AccelRay ray = ray_random(&scenes[k].geometry, &seed);
-            AccelHit a = {0}, b = {0};
-            closest(avx2, &ray, &a);
-            closest(scalar, &ray, &b);
-            assert_memory_equal(&a, &b, sizeof a);
+        for (int cpu = CPU_SCALAR + 1; cpu < CPU_COUNT; cpu++) {
+            assert_int_equal(cpu_set(cpu_names[cpu]), cpu_has((Cpu)cpu));
+            Accel *other = build_brute(&scenes[k].geometry);
+            uint64_t seed = 5;
+            for (int i = 0; i < 3000; i++) {
+                AccelRay ray = ray_random(&scenes[k].geometry, &seed);
+                AccelHit a = {0}, b = {0};
+                closest(other, &ray, &a);
+                closest(scalar, &ray, &b);
+                assert_memory_equal(&a, &b, sizeof a);
+            }
+            other->type->destroy(other);
         }
-        assert_true(accel_set_cpu(NULL));
-        avx2->type->destroy(avx2);
         scalar->type->destroy(scalar);
         scene_free(&scenes[k]);
     }
-    assert_false(accel_set_cpu("abacus"));
+    assert_false(cpu_set("abacus"));
+    assert_true(cpu_set(NULL));
 }
 
 static const struct CMUnitTest tests[] = {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The trees against brute force, bit for bit, on what is easy and what is nasty.
 // STRESS=1 in the environment: 10,000 triangles and 100,000 rays instead of the quick sizes.
+#include "accel/cpu.h"
 #include "tests/accel_scenes.h"
 #include "tests/suite.h"
 
@@ -527,22 +528,24 @@ static void kd4_agrees_with_oracle(void **state) {
 
 static void kd4_is_alike_on_all_processors(void **state) {
     (void)state;
-    if (!accel_set_cpu("avx2")) {
-        skip();
-    }
     TestScene s = scene_head(12, 5, 0.1, 1);
     AccelOptions options = accel_options_default();
-    Accel *a = build("kd4-thesis", &s.geometry, &options, NULL);
-    accel_set_cpu("scalar");
-    Accel *b = build("kd4-thesis", &s.geometry, &options, NULL);
-    accel_set_cpu(NULL);
-    uint64_t seed = 19;
-    for (int i = 0; i < 5000; i++) {
-        AccelRay ray = make_ray(&s.geometry, i, &seed);
-        expect_same(a, b, &ray);
+    cpu_set("scalar");
+    Accel *scalar = build("kd4-thesis", &s.geometry, &options, NULL);
+    for (int cpu = CPU_SCALAR + 1; cpu < CPU_COUNT; cpu++) {
+        if (!cpu_set(cpu_names[cpu])) {
+            continue;
+        }
+        Accel *other = build("kd4-thesis", &s.geometry, &options, NULL);
+        uint64_t seed = 19;
+        for (int i = 0; i < 5000; i++) {
+            AccelRay ray = make_ray(&s.geometry, i, &seed);
+            expect_same(other, scalar, &ray);
+        }
+        other->type->destroy(other);
     }
-    a->type->destroy(a);
-    b->type->destroy(b);
+    cpu_set(NULL);
+    scalar->type->destroy(scalar);
     scene_free(&s);
 }
 

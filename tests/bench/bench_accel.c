@@ -17,6 +17,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "accel/cpu.h"
 #include "tests/bench/scenes.h"
 
 enum { PRIMARY, BOUNCE, SHADOW, N_KINDS };
@@ -523,12 +524,12 @@ int main(int argc, char **argv) {
     RTCDevice device = rtcNewDevice(config);
     rtcSetDeviceMemoryMonitorFunction(device, count_bytes, NULL);
     printf("# Embree %s, cpu %s, %d threads, %zu primary rays, medians of %d\n", RTC_VERSION_STRING,
-           accel_cpu(), o.threads, o.n_rays, o.repeats);
+           cpu_names[cpu_now()], o.threads, o.n_rays, o.repeats);
     printf("# Mray/s by pixel and by time, half the spread, x: the ratio to Embree, for rays in the"
            " worse order;\n# nodes and tests per ray, primary and bounce\n");
     if (json) {
         fprintf(json, "{\"embree\": \"%s\", \"cpu\": \"%s\", \"isa\": \"%s\", \"scenes\": [",
-                RTC_VERSION_STRING, accel_cpu(), o.isa);
+                RTC_VERSION_STRING, cpu_names[cpu_now()], o.isa);
     }
     for (int i = 0; i < BENCH_N_SCENES; i++) {
         BenchScene scene;

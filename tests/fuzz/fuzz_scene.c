@@ -16,6 +16,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "accel/cpu.h"
 #include "lang/format.h"
 #include "lang/scene_load.h"
 #include "tests/fuzz/fuzz_arena.h"
@@ -339,7 +340,7 @@ static void check_load(const FuzzFile *files, size_t n, unsigned variant) {
     LoadedScene loaded;
     bool is_json = variant & 16;
     read_options(&arena, files, n, &options);
-    program_set_cpu(variant & 32 ? "scalar" : NULL);
+    cpu_set(variant & 32 ? "scalar" : NULL);
     Diag *diag = diag_new(&arena, &sources, sink_begin(&reports), is_json, false);
     sink_begin(&printed);
     scene_load(&arena, &sources, diag, FUZZ_SCRIPT, files[0].text, files[0].size, &options,

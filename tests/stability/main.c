@@ -6,6 +6,8 @@
 // rays. The last line counts like that of the unit tests.
 #include "tests/stability/stability.h"
 
+#include "accel/cpu.h"
+
 #include <fnmatch.h>
 #include <omp.h>
 #include <stdarg.h>
@@ -145,8 +147,8 @@ int main(int argc, char **argv) {
         }
     }
     printf("instruction sets:");
-    for (const char *const *cpu = cpu_names(); *cpu; cpu++) {
-        printf(" %s", *cpu);
+    for (int cpu = 0; cpu < CPU_COUNT; cpu++) {
+        printf("%s%s", cpu_has((Cpu)cpu) ? " " : " no ", cpu_names[cpu]);
     }
     printf("; structures:");
     for (const AccelType *type = accel_types; type->name; type++) {

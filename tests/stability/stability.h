@@ -62,9 +62,6 @@ Subjects *subjects_new(Run *run, const Geometry *geometry, const AccelOptions *o
                        const char *label, ...) __attribute__((format(printf, 4, 5)));
 void subjects_free(Subjects *subjects);
 
-// The names of the instruction sets here; ends with NULL.
-const char *const *cpu_names(void);
-
 // All answers must have the same bits, closest and occluded. *hit gets them.
 bool subjects_ask(Run *run, const Subjects *subjects, const AccelRay *ray, uint64_t index,
                   AccelHit *hit);

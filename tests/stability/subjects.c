@@ -2,6 +2,8 @@
 // Every structure on every instruction set over one geometry, and the comparison of their answers.
 #include "tests/stability/oracle.h"
 
+#include "accel/cpu.h"
+
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -21,21 +23,6 @@ static const struct {
 };
 
 enum { BRUTE_SIZE = 256 }; // a ray against so many primitives takes as long as one through a tree
-
-const char *const *cpu_names(void) {
-    static const char *const known[] = {"scalar", "avx2", "avx512"};
-    static const char *names[4];
-    if (!names[0]) {
-        int n = 0;
-        for (int i = 0; i < 3; i++) {
-            if (accel_set_cpu(known[i])) {
-                names[n++] = known[i];
-            }
-        }
-        accel_set_cpu(NULL);
-    }
-    return names;
-}
 
 static double work_of(const Geometry *g) {
     return (double)g->n_prims * (g->n_keys > 1 ? g->n_keys - 1 : 1);
@@ -58,9 +45,9 @@ static void add_subject(Run *run, Subjects *s, const AccelType *type, const char
     if (strcmp(type->name, "brute") == 0) {
         subject->every = 1 + s->geometry->n_prims / BRUTE_SIZE;
     }
-    accel_set_cpu(cpu);
+    cpu_set(cpu);
     subject->accel = type->build(s->geometry, options, &subject->stats);
-    accel_set_cpu(NULL);
+    cpu_set(NULL);
     if (!run_expect(run, subject->accel, "%s on %s: no %s", s->label, cpu, type->name)) {
         return;
     }
@@ -80,8 +67,10 @@ Subjects *subjects_new(Run *run, const Geometry *geometry, const AccelOptions *o
     vsnprintf(s->label, sizeof s->label, label, args);
     va_end(args);
     for (const AccelType *type = accel_types; type->name; type++) {
-        for (const char *const *cpu = cpu_names(); *cpu && s->n < MAX_SUBJECTS; cpu++) {
-            add_subject(run, s, type, *cpu, options ? options : &plain);
+        for (int cpu = 0; cpu < CPU_COUNT && s->n < MAX_SUBJECTS; cpu++) {
+            if (cpu_has((Cpu)cpu)) {
+                add_subject(run, s, type, cpu_names[cpu], options ? options : &plain);
+            }
         }
     }
     return s;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the answer must not depend on: memory, threads, options, how motion is cut into keys, the
 // processor's treatment of denormals; and that boxes hold what is in them.
+#include "accel/cpu.h"
 #include "accel/intersect.h"
 #include "accel/segment.h"
 #include "tests/stability/counted.h"
@@ -277,10 +278,9 @@ static void vary_denormals(Run *run, const Geometry *g, const char *label) {
 
 void test_invariance(Run *run) {
     run_note(run, "packets and lazy builds do not exist yet, so are not varied");
-    if (!accel_set_cpu("avx512")) {
-        run_note(run, "AVX-512 is not in this program or not in this machine");
+    if (!cpu_has(CPU_AVX512)) {
+        run_note(run, "AVX-512 is not in this machine");
     }
-    accel_set_cpu(NULL);
     Solid solid = solid_new(SOLID_SPHERE, 14, 5);
     solid_move(&solid, 0.3, 0.03, 2);
     TestScene soup = scene_soup(200, 3, 0.1, 0.2, 6), spheres = scene_spheres(200, 3, 0.05, 0.2, 6);

@@ -2,6 +2,7 @@
 // Whole worlds against flattened ones.
 #include "tests/stability/worlds.h"
 
+#include "accel/cpu.h"
 #include "tests/stability/solids.h"
 
 #include <math.h>
@@ -13,7 +14,10 @@ void worlds_build(Run *run, Worlds *worlds, const Scene *scene, int64_t first, u
     *worlds = (Worlds){.fps = scene->film.fps};
     snprintf(worlds->label, sizeof worlds->label, "%s", label);
     for (const AccelType *type = accel_types; type->name; type++) {
-        for (const char *const *cpu = cpu_names(); *cpu; cpu++) {
+        for (int cpu = 0; cpu < CPU_COUNT; cpu++) {
+            if (!cpu_has((Cpu)cpu)) {
+                continue;
+            }
             int64_t frames[8];
             uint32_t taken = 0;
             for (uint32_t i = 0; i < n; i++) {
@@ -28,12 +32,12 @@ void worlds_build(Run *run, Worlds *worlds, const Scene *scene, int64_t first, u
                 run_note(run, "%s is left out of %s: its build takes long", type->name, label);
                 continue;
             }
-            accel_set_cpu(*cpu);
+            cpu_set(cpu_names[cpu]);
             World *world = world_build(scene, &options, frames, n, &reporter, &taken, &stats);
-            accel_set_cpu(NULL);
+            cpu_set(NULL);
             if (run_expect(run, world && taken == n, "%s: no world with %s: %s", label, type->name,
                            reports.last)) {
-                worlds->at[worlds->n++] = (BuiltWorld){type->name, *cpu, world};
+                worlds->at[worlds->n++] = (BuiltWorld){type->name, cpu_names[cpu], world};
             }
         }
     }
