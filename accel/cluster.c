@@ -100,10 +100,12 @@ ProbeBox cluster_bound_finite(const Geometry *g, const uint32_t *vertex, int n, 
     return (ProbeBox){_mm_loadu_ps(lo), _mm_loadu_ps(hi)};
 }
 
+// vertex[lane]: of the geometry; unused lanes are as lane 0.
 static void fill_cluster(const ClusterBuilder *b, Cluster *cluster, const uint32_t *prims,
-                         uint32_t n) {
+                         uint32_t n, uint32_t vertex[CLUSTER_LANES]) {
     memset(cluster, 0, sizeof *cluster);
     memset(cluster->prim, 0xff, sizeof cluster->prim);
+    cluster->used = (1u << n) - 1;
     uint32_t n_vertices = 0;
     for (uint32_t i = 0; i < n; i++) {
         uint32_t corner[3];
@@ -111,42 +113,19 @@ static void fill_cluster(const ClusterBuilder *b, Cluster *cluster, const uint32
         cluster->prim[i] = (int32_t)prims[i];
         for (int c = 0; c < n_corners; c++) {
             uint32_t v = cluster_welded(b, corner[c]), lane = 0;
-            while (lane < n_vertices && cluster->vertex[lane] != v) {
+            while (lane < n_vertices && vertex[lane] != v) {
                 lane++;
             }
             if (lane == n_vertices) {
-                cluster->vertex[n_vertices++] = v;
+                vertex[n_vertices++] = v;
             }
             cluster->corner[c][i] = (uint8_t)lane;
         }
     }
     for (uint32_t lane = n_vertices; lane < CLUSTER_LANES; lane++) {
-        cluster->vertex[lane] = cluster->vertex[0];
+        vertex[lane] = vertex[0];
     }
 }
-
-static bool fill_clusters(const ClusterBuilder *b, ClusterSet *set) {
-    uint32_t n_prims = b->geometry->n_prims;
-    for (uint32_t i = 0; i < n_prims; i += b->size_at[i]) {
-        set->n_clusters++;
-    }
-    uint32_t *first = malloc((set->n_clusters + (size_t)1) * sizeof *first);
-    set->clusters = malloc((set->n_clusters + (size_t)1) * sizeof *set->clusters);
-    if (first && set->clusters) {
-        for (uint32_t i = 0, c = 0; i < n_prims; i += b->size_at[i]) {
-            first[c++] = i;
-        }
-#pragma omp parallel for schedule(static) num_threads(b->n_threads)
-        for (uint32_t c = 0; c < set->n_clusters; c++) {
-            fill_cluster(b, &set->clusters[c], b->order + first[c], b->size_at[first[c]]);
-        }
-    }
-    bool is_filled = first && set->clusters;
-    free(first);
-    return is_filled;
-}
-
-// -- keys -----------------------------------------------------------------------------------------
 
 // Padding against the rounding of positions and of boxes in time, both relative to the largest
 // coordinate there is.
@@ -160,24 +139,24 @@ static float padding(const Geometry *g) {
     return 0x1p-21f * largest + 1e-36f;
 }
 
-static void fill_key(ClusterSet *set, uint32_t c, uint32_t key, float pad) {
+static void fill_key(ClusterSet *set, uint32_t c, const uint32_t vertex[CLUSTER_LANES],
+                     uint32_t key, float pad) {
     const Geometry *g = set->geometry;
-    const Cluster *cluster = &set->clusters[c];
     size_t row = (size_t)c * g->n_keys + key;
     float *to = set->keys + row * set->n_rows * CLUSTER_LANES;
     for (int lane = 0; lane < CLUSTER_LANES; lane++) {
-        uint32_t v = cluster->vertex[lane];
+        uint32_t v = vertex[lane];
         const float *p = g->position + ((size_t)key * g->n_vertices + v) * 3;
         for (int a = 0; a < 3; a++) {
             to[a * CLUSTER_LANES + lane] = p[a];
         }
         if (g->radius) {
-            bool is_used = cluster->prim[lane] >= 0;
+            bool is_used = set->clusters[c].used >> lane & 1;
             to[3 * CLUSTER_LANES + lane] =
                 is_used ? g->radius[(size_t)key * g->n_vertices + v] : -1;
         }
     }
-    ProbeBox box = cluster_bound_vertices(g, cluster->vertex, CLUSTER_LANES, key);
+    ProbeBox box = cluster_bound_vertices(g, vertex, CLUSTER_LANES, key);
     __m128 margin = _mm_set1_ps(pad), largest = _mm_set1_ps(FLT_MAX);
     float lo[4], hi[4], *padded = set->boxes + row * 6;
     _mm_storeu_ps(lo,
@@ -187,24 +166,36 @@ static void fill_key(ClusterSet *set, uint32_t c, uint32_t key, float pad) {
     memcpy(padded + 3, hi, 3 * sizeof *hi);
 }
 
-static bool fill_keys(ClusterSet *set, int n_threads) {
-    const Geometry *g = set->geometry;
-    size_t n_rows = (size_t)set->n_clusters * g->n_keys;
+static bool fill_clusters(const ClusterBuilder *b, ClusterSet *set) {
+    const Geometry *g = b->geometry;
+    for (uint32_t i = 0; i < g->n_prims; i += b->size_at[i]) {
+        set->n_clusters++;
+    }
+    size_t n_clusters = set->n_clusters, n_keys = n_clusters * g->n_keys;
     set->n_rows = g->kind == GEOMETRY_SPHERES ? 4 : 3;
-    size_t size = n_rows * set->n_rows * CLUSTER_LANES * sizeof *set->keys;
+    size_t size = n_keys * set->n_rows * CLUSTER_LANES * sizeof *set->keys;
+    uint32_t *first = malloc((n_clusters + 1) * sizeof *first);
+    set->clusters = aligned_alloc(64, (n_clusters + 1) * sizeof *set->clusters);
     set->keys = aligned_alloc(64, size ? size : 64);
-    set->boxes = malloc(n_rows ? n_rows * 6 * sizeof *set->boxes : 1);
-    if (!set->keys || !set->boxes) {
+    set->boxes = malloc(n_keys ? n_keys * 6 * sizeof *set->boxes : 1);
+    if (!first || !set->clusters || !set->keys || !set->boxes) {
+        free(first);
         return false;
     }
+    for (uint32_t i = 0, c = 0; i < g->n_prims; i += b->size_at[i]) {
+        first[c++] = i;
+    }
     float pad = padding(g);
-#pragma omp parallel for schedule(static) num_threads(n_threads)
+#pragma omp parallel for schedule(static) num_threads(b->n_threads)
     for (uint32_t c = 0; c < set->n_clusters; c++) {
+        uint32_t vertex[CLUSTER_LANES];
+        fill_cluster(b, &set->clusters[c], b->order + first[c], b->size_at[first[c]], vertex);
         for (uint32_t key = 0; key < g->n_keys; key++) {
-            fill_key(set, c, key, pad);
+            fill_key(set, c, vertex, key, pad);
         }
     }
-    set->bytes = size + set->n_clusters * sizeof *set->clusters;
+    free(first);
+    set->bytes = size + n_clusters * sizeof *set->clusters;
     return true;
 }
 
@@ -230,7 +221,7 @@ static bool build(ClusterBuilder *b, ClusterSet *set) {
     if (!b->boxes || !b->order || !b->size_at || (g->kind == GEOMETRY_TRIANGLES && !weld(b))) {
         return false;
     }
-    return cluster_cut(b) && fill_clusters(b, set) && fill_keys(set, b->n_threads);
+    return cluster_cut(b) && fill_clusters(b, set);
 }
 
 size_t cluster_work_bytes(const Geometry *g) {

@@ -4,7 +4,7 @@
 //
 // Vertices that are equal in every key are one (welded), so meshes whose triangles do not share
 // vertices cluster as well as those that do. Unused lanes name one vertex three times: a triangle
-// of area 0, which is never hit, so no kernel needs a count.
+// of area 0, which is never hit, but whose edge functions, all 0, say that every ray may pass it.
 #ifndef ACCEL_CLUSTER_H
 #define ACCEL_CLUSTER_H
 
@@ -16,10 +16,11 @@
 
 enum { CLUSTER_LANES = 16 };
 
+// Two cache lines: what finds the lanes that a ray may hit, and the names of what is hit.
 typedef struct {
-    uint8_t corner[3][CLUSTER_LANES]; // triangle lane -> vertex lane
-    int32_t prim[CLUSTER_LANES];      // -1: the lane is unused
-    uint32_t vertex[CLUSTER_LANES];   // vertex lane -> vertex of the geometry; unused: as lane 0
+    _Alignas(64) uint8_t corner[3][CLUSTER_LANES]; // triangle lane -> vertex lane
+    uint32_t used;                                 // bit i: lane i holds a primitive
+    _Alignas(64) int32_t prim[CLUSTER_LANES];      // of the geometry; -1: the lane is unused
 } Cluster;
 
 // A box whose faces move linearly from one instant to another.

@@ -95,7 +95,7 @@ SPECIALISED void test_triangles(Trace *tr, uint32_t index, bool is_moving) {
         Lanes e = lanes_fnma(cy[i], cx[j], w);
         edge[c] = lanes_add(lanes_fms(cx[i], cy[j], w), e);
     }
-    uint32_t inside = lanes_one_sign(edge[0], edge[1], edge[2]);
+    uint32_t inside = lanes_one_sign(edge[0], edge[1], edge[2]) & cluster->used;
     tr->n_tests += CLUSTER_LANES;
     if (!inside) {
         return;
