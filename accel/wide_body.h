@@ -187,7 +187,7 @@ SPECIALISED void trace_tree(Trace *tr, bool is_moving, bool is_spheres, bool any
                 } else if (any_hit) {
                     lanes_pack(node->child, mask, stack.child + top);
                     top += more;
-                    child = stack.child[top];
+                    child = node->child[31 - __builtin_clz(mask)];
                 } else {
                     child = lanes_sort(t, mask, node->child, stack.t + top, stack.child + top);
                     top += more;
