@@ -99,18 +99,6 @@ static size_t expected_bytes(const Geometry *g) {
     return work + clusters * (sizeof(Cluster) + keys + tree) + sizeof(WideTree);
 }
 
-static WideTrace *const closest_kernels[CPU_COUNT] = {
-    [CPU_SCALAR] = wide_closest_scalar,
-    [CPU_AVX2] = wide_closest_avx2,
-    [CPU_AVX512] = wide_closest_avx512,
-};
-
-static WideTrace *const occluded_kernels[CPU_COUNT] = {
-    [CPU_SCALAR] = wide_occluded_scalar,
-    [CPU_AVX2] = wide_occluded_avx2,
-    [CPU_AVX512] = wide_occluded_avx512,
-};
-
 Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelStats *stats) {
     // The kd-tree gets coarser within any bound; this one has a size and either fits or does not.
     size_t reserved = expected_bytes(geometry);
@@ -126,8 +114,12 @@ Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelSt
     wide->geometry = geometry;
     wide->is_moving = geometry->n_keys > 1;
     wide->n_spans = wide->is_moving ? geometry->n_keys - 1 : 1;
-    wide->closest = closest_kernels[cpu_now()];
-    wide->occluded = occluded_kernels[cpu_now()];
+    static const WideKernels(*const kernels[CPU_COUNT])[2] = {
+        [CPU_SCALAR] = wide_kernels_scalar,
+        [CPU_AVX2] = wide_kernels_avx2,
+        [CPU_AVX512] = wide_kernels_avx512,
+    };
+    wide->trace = kernels[cpu_now()][geometry->kind == GEOMETRY_SPHERES][wide->is_moving];
     double start = clock_seconds();
     wide->set = cluster_build(geometry, options->n_threads);
     double middle = clock_seconds();
@@ -153,13 +145,13 @@ Accel *wide_build(const Geometry *geometry, const AccelOptions *options, AccelSt
 
 bool wide_closest(const Accel *accel, const AccelRay *ray, AccelHit *hit, AccelCounters *count) {
     const WideTree *wide = (const WideTree *)accel;
-    return wide->closest(wide, ray, hit, count);
+    return wide->trace.closest(wide, ray, hit, count);
 }
 
 bool wide_occluded(const Accel *accel, const AccelRay *ray, AccelCounters *count) {
     const WideTree *wide = (const WideTree *)accel;
     AccelHit hit;
-    return wide->occluded(wide, ray, &hit, count);
+    return wide->trace.occluded(wide, ray, &hit, count);
 }
 
 // -- validator ------------------------------------------------------------------------------------

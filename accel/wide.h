@@ -55,9 +55,13 @@ typedef struct WideTree WideTree;
 typedef bool WideTrace(const WideTree *tree, const AccelRay *ray, AccelHit *hit,
                        AccelCounters *count);
 
+typedef struct {
+    WideTrace *closest, *occluded;
+} WideKernels;
+
 struct WideTree {
     Accel base;
-    WideTrace *closest, *occluded; // of the instruction set in use
+    WideKernels trace; // of the instruction set in use
     const Geometry *geometry;
     ClusterSet *set;
     bool is_moving;
@@ -110,7 +114,8 @@ bool wide_occluded(const Accel *accel, const AccelRay *ray, AccelCounters *count
 bool wide_validate(const Accel *accel, char *why, size_t n);
 void wide_destroy(Accel *accel);
 
-WideTrace wide_closest_scalar, wide_occluded_scalar, wide_closest_avx2, wide_occluded_avx2,
-    wide_closest_avx512, wide_occluded_avx512;
+// [spheres, not triangles][moving]
+extern const WideKernels wide_kernels_scalar[2][2], wide_kernels_avx2[2][2],
+    wide_kernels_avx512[2][2];
 
 #endif

@@ -27,7 +27,7 @@ typedef struct {
     uint32_t key;
     float w;
     float r[3];                             // 1 / d
-    uint32_t near_offset[3], far_offset[3]; // of the nearer and farther faces' rows, from lo[0]
+    size_t near_offset[3], far_offset[3]; // of the nearer and farther faces' rows, from lo[0]
     uint64_t n_nodes, n_tests;
 } Trace;
 
@@ -37,7 +37,7 @@ typedef struct {
     uint32_t child[STACK_SIZE];
 } Stack;
 
-SPECIALISED Lanes plane_at(const float *rows, uint32_t offset, Lanes w, bool is_moving) {
+SPECIALISED Lanes plane_at(const float *rows, size_t offset, Lanes w, bool is_moving) {
     Lanes at = lanes_load(rows + offset);
     if (is_moving) {
         at = lanes_fma(w, lanes_load(rows + offset + 6 * WIDE_LANES), at);
@@ -162,7 +162,7 @@ SPECIALISED void trace_begin(Trace *tr, const WideTree *tree, const RayState *ra
         // A direction along a plane: so steep that the slab is either all or nothing.
         d = __builtin_fabsf(d) < 0x1p-80f ? __builtin_copysignf(0x1p-80f, d) : d;
         tr->r[a] = 1 / d;
-        uint32_t back = d < 0 ? 3 * WIDE_LANES : 0;
+        size_t back = d < 0 ? 3 * WIDE_LANES : 0;
         tr->near_offset[a] = a * WIDE_LANES + back;
         tr->far_offset[a] = (3 + a) * WIDE_LANES - back;
     }
@@ -260,7 +260,7 @@ SPECIALISED bool prepare(const WideTree *tree, const AccelRay *ray, RayState *st
 }
 
 SPECIALISED bool trace_wide(const WideTree *tree, const AccelRay *ray, AccelHit *hit,
-                            AccelCounters *count, bool any_hit) {
+                            AccelCounters *count, bool is_moving, bool is_spheres, bool any_hit) {
     RayState state;
     hit->prim = ACCEL_NO_PRIM;
     if (count) {
@@ -272,17 +272,7 @@ SPECIALISED bool trace_wide(const WideTree *tree, const AccelRay *ray, AccelHit 
     Nearest nearest = {state.tf, INT32_MAX, 0, 0};
     Trace tr;
     trace_begin(&tr, tree, &state, &nearest);
-    if (tree->geometry->kind == GEOMETRY_SPHERES) {
-        if (tree->is_moving) {
-            trace_tree(&tr, true, true, any_hit);
-        } else {
-            trace_tree(&tr, false, true, any_hit);
-        }
-    } else if (tree->is_moving) {
-        trace_tree(&tr, true, false, any_hit);
-    } else {
-        trace_tree(&tr, false, false, any_hit);
-    }
+    trace_tree(&tr, is_moving, is_spheres, any_hit);
     if (count) {
         count->nodes += tr.n_nodes;
         count->prim_tests += tr.n_tests;
@@ -294,11 +284,24 @@ SPECIALISED bool trace_wide(const WideTree *tree, const AccelRay *ray, AccelHit 
     return true;
 }
 
-bool WIDE(closest)(const WideTree *tree, const AccelRay *ray, AccelHit *hit, AccelCounters *count) {
-    return trace_wide(tree, ray, hit, count, false);
-}
+// A function for each case, so that registers are given out for that case alone.
+#define KERNEL(name, is_moving, is_spheres, any_hit)                                               \
+    static bool name(const WideTree *tree, const AccelRay *ray, AccelHit *hit,                     \
+                     AccelCounters *count) {                                                       \
+        return trace_wide(tree, ray, hit, count, is_moving, is_spheres, any_hit);                  \
+    }
 
-bool WIDE(occluded)(const WideTree *tree, const AccelRay *ray, AccelHit *hit,
-                    AccelCounters *count) {
-    return trace_wide(tree, ray, hit, count, true);
-}
+KERNEL(closest_triangles, false, false, false)
+KERNEL(closest_moving_triangles, true, false, false)
+KERNEL(closest_spheres, false, true, false)
+KERNEL(closest_moving_spheres, true, true, false)
+KERNEL(occluded_triangles, false, false, true)
+KERNEL(occluded_moving_triangles, true, false, true)
+KERNEL(occluded_spheres, false, true, true)
+KERNEL(occluded_moving_spheres, true, true, true)
+
+const WideKernels WIDE(kernels)[2][2] = {
+    {{closest_triangles, occluded_triangles},
+     {closest_moving_triangles, occluded_moving_triangles}},
+    {{closest_spheres, occluded_spheres}, {closest_moving_spheres, occluded_moving_spheres}},
+};
