@@ -23,6 +23,7 @@ const BuiltinInfo builtin_infos[BUILTIN_COUNT] = {
     PARAM(ROTATION, "rotation", "a rotation")                                                      \
     PARAM(TRANSFORM, "transform", "a transform")                                                   \
     PARAM(MATERIAL, "material", "a material")                                                      \
+    PARAM(CLIP, "clip", "a clip")                                                                  \
     PARAM(SCALAR, "scalar", "a number or an angle")                                                \
     PARAM(VALUE, "value", "a number, an angle or a vector")                                        \
     PARAM(ANY, "any", "a value")
@@ -195,6 +196,9 @@ const char *builtins_vector_hint(Eval *ev, const Value *value) {
 static const char *argument_hint(Eval *ev, ParamType type, const Value *value) {
     double x;
     bool is_known = value->type == VALUE_NUMBER && dag_is_const(ev->dag, value->ref[0], &x);
+    if (type == PARAM_CLIP) {
+        return "it is named in a def: clip walk = 0s..1s";
+    }
     if (type == PARAM_ANGLE && is_known) {
         return arena_printf(ev->arena, "write %.15gdeg", x);
     }
@@ -241,6 +245,8 @@ static bool fits(ParamType type, Value *value) {
         return value->type == VALUE_TRANSFORM || value->type == VALUE_ROTATION;
     case PARAM_MATERIAL:
         return value->type == VALUE_MATERIAL;
+    case PARAM_CLIP:
+        return value->type == VALUE_CLIP;
     case PARAM_SCALAR:
         return value->type == VALUE_NUMBER || value->type == VALUE_ANGLE;
     case PARAM_VALUE:

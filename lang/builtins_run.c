@@ -422,10 +422,10 @@ static bool is_play_time(const BuiltinCall *call, uint32_t i, const char *name, 
 
 static Value run_play(const BuiltinCall *call) {
     const Value *clip = &call->args[0];
-    if (!value_is(clip, VALUE_VEC) || clip->n != 2) {
-        return eval_error(
-            call->ev, call->env, node_of(call, 0), "it names a clip of the def: clip walk = 0s..1s",
-            "play: 'clip' is a clip, this is %s", value_describe(call->ev->arena, clip));
+    if (clip->clip->is_played) {
+        return eval_error(call->ev, call->env, node_of(call, 0),
+                          "give at, fade and speed to one play(...)",
+                          "play: 'clip' is one that play(...) gave");
     }
     if (!is_play_time(call, 1, "at", -DBL_MAX, "a finite number") ||
         !is_play_time(call, 2, "fade", 0, "at least 0") ||
@@ -433,7 +433,7 @@ static Value run_play(const BuiltinCall *call) {
         !is_play_number(call, 5, "parts", 0, "at least 0")) {
         return value_poison();
     }
-    return clip_play(call->ev, clip, call->args + 1);
+    return clip_play(call->ev, clip->clip, call->args + 1);
 }
 
 static bool is_true(const BuiltinCall *call, uint32_t i) {
@@ -475,8 +475,13 @@ static Value run_image(const BuiltinCall *call) {
 static Value run_text(const BuiltinCall *call) {
     double digits = 0;
     const Value *value = &call->args[0];
+    uint32_t loops = value_inputs(dag_of(call), value) & LOOP_INPUTS;
     if (value_is(value, VALUE_STRING)) {
         return *value;
+    }
+    if (loops) {
+        call->ev->unroll |= loops >> IN_LOOP0;
+        return value_poison();
     }
     if (!eval_need(call->ev, call->env, node_of(call, 1), ref1(call, 1), "the number of digits",
                    &digits)) {

@@ -5,15 +5,24 @@
 #include "lang/session.h"
 
 typedef struct {
-    bool is_quiet;
-    uint32_t n_shapes, n_moving;
+    bool is_quiet, moves; // the shape at hand, a fade of it included
+    uint32_t n_shapes, n_fades, n_moving;
 } Table;
+
+// A shape once, however many forms it fades through.
+static void count(Table *table, bool is_fade, bool moves) {
+    table->n_shapes += !is_fade;
+    table->n_fades += is_fade;
+    table->moves = is_fade && table->moves;
+    table->n_moving += moves && !table->moves;
+    table->moves |= moves;
+}
 
 static void print_motion(void *context, const ShapeMotion *motion) {
     Table *table = context;
     bool deforms = motion->n_keys > 1, moves = deforms || motion->moves_as_body;
-    table->n_moving += moves;
-    if (!table->n_shapes++ && !table->is_quiet) {
+    count(table, motion->shape->fade != NULL, moves);
+    if (table->n_shapes + table->n_fades == 1 && !table->is_quiet) {
         printf("%-28s %-10s %12s %9s %10s %12s\n", "shape", "motion", "px a frame", "instants",
                "error px", "bytes");
     }
@@ -45,10 +54,15 @@ static int check(const Session *session) {
     int status =
         render_check(session->scene, &render, &session->reporter, print_motion, &table, &totals);
     if (!table.is_quiet && status == STATUS_OK) {
-        printf("%u of %u shapes move in %u frame%s; %u error%s, %u warning%s\n", table.n_moving,
-               table.n_shapes, session->n_frames, session->n_frames == 1 ? "" : "s",
-               diag_n_errors(session->diag), diag_n_errors(session->diag) == 1 ? "" : "s",
-               diag_n_warnings(session->diag), diag_n_warnings(session->diag) == 1 ? "" : "s");
+        printf("%u of %u shapes move in %u frame%s", table.n_moving, table.n_shapes,
+               session->n_frames, session->n_frames == 1 ? "" : "s");
+        if (table.n_fades > 0) {
+            printf(", with %u fade%s from clip to clip", table.n_fades,
+                   table.n_fades == 1 ? "" : "s");
+        }
+        printf("; %u error%s, %u warning%s\n", diag_n_errors(session->diag),
+               diag_n_errors(session->diag) == 1 ? "" : "s", diag_n_warnings(session->diag),
+               diag_n_warnings(session->diag) == 1 ? "" : "s");
         printf("%.3g MB of vertex arrays, with trees roughly %.3g MB, in %u block%s of frames\n",
                (double)totals.array_bytes / 1e6, (double)totals.bytes / 1e6, totals.n_blocks,
                totals.n_blocks == 1 ? "" : "s");

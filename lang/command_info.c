@@ -16,13 +16,18 @@ enum { INSTANTS = 256 }; // of the film, at which lights that change are looked 
 
 typedef struct {
     uint64_t n_objects, n_triangles, n_vertices, n_spheres, n_planes;
-    uint32_t n_deforming, n_moving, n_breaks;
+    uint32_t n_shapes, n_fades, n_deforming, n_moving, n_breaks;
 } Counts;
 
 static Counts count(const Scene *scene) {
     Counts counts = {0};
     for (uint32_t i = 0; i < scene->n_shapes; i++) {
         const Shape *shape = &scene->shapes[i];
+        if (shape->fade) { // another form of the shape before
+            counts.n_fades++;
+            continue;
+        }
+        counts.n_shapes++;
         counts.n_objects += shape_n_objects(shape);
         counts.n_triangles += shape->mesh ? shape->mesh->n_triangles : 0;
         counts.n_vertices += shape->mesh ? shape->mesh->n_vertices : 0;
@@ -119,8 +124,11 @@ static void print_scene(const Session *session) {
                shutter->curve->error);
     }
     printf("shapes    %u, placed as %llu objects; %u deform, %u move as bodies, %u have breaks\n",
-           scene->n_shapes, (unsigned long long)counts.n_objects, counts.n_deforming,
+           counts.n_shapes, (unsigned long long)counts.n_objects, counts.n_deforming,
            counts.n_moving, counts.n_breaks);
+    if (counts.n_fades > 0) {
+        printf("fades     %u, in which a shape goes from clip to clip\n", counts.n_fades);
+    }
     printf("geometry  %llu triangles, %llu vertices (%llu bytes at rest), %llu spheres, "
            "%llu planes\n",
            (unsigned long long)counts.n_triangles, (unsigned long long)counts.n_vertices,

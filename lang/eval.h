@@ -105,6 +105,7 @@ typedef struct {
     ValueType type; // of numbers: NUMBER or ANGLE
 } Sequence;
 bool eval_sequence(Eval *ev, const Env *env, NodeId node, const Value *value, Sequence *sequence);
+bool eval_list_is_known(Eval *ev, const List *list); // its length is; false: asked for
 Value sequence_item(Eval *ev, const Sequence *sequence, uint32_t i);
 
 // ---- lang/eval_expr.c

@@ -254,15 +254,32 @@ static bool goes_as_its_place(Eval *ev, const Object *copy) {
            unwound_of(ev, copy) == dag_input(ev->dag, IN_T);
 }
 
-static void set_clock(Clock *outer, Place *place, const Object *copy) {
+// Sets what its clock shows by the film's. False: reported, or asked for.
+static bool set_clock(Clock *outer, Place *place, const Object *copy) {
     Eval *ev = outer->ev;
-    place->unwound = change(outer, unwound_of(ev, copy));
-    place->cycle = REF_NONE;
-    place->clock = place->unwound;
-    if (object_given(copy, PROPERTY_INSTANCE_CYCLE)) {
-        place->cycle = change(outer, given_scalar(ev, copy, PROPERTY_INSTANCE_CYCLE, 1));
-        place->clock = dag_op(ev->dag, OP_MOD, place->unwound, place->cycle, REF_NONE);
+    Dag *dag = ev->dag;
+    const Given *clips = object_given(copy, PROPERTY_INSTANCE_CLIPS);
+    if (clips && outer->clips) {
+        eval_error_at(ev, clips->name, "let its clock go by theirs: clock = 2*t",
+                      "not supported yet: an instance that plays clips, in a def that plays clips");
+        return false;
     }
+    if (clips) {
+        return place_play_clips(ev, place, copy, clips, outer->clock);
+    }
+    Ref unwound = unwound_of(ev, copy), cycle = REF_NONE, clock = unwound;
+    if (object_given(copy, PROPERTY_INSTANCE_CYCLE)) {
+        cycle = given_scalar(ev, copy, PROPERTY_INSTANCE_CYCLE, 1);
+        clock = dag_op(dag, OP_MOD, unwound, cycle, REF_NONE);
+    }
+    if (outer->clips) {
+        place_nest_clips(ev, place, clock);
+        return true;
+    }
+    place->unwound = change(outer, unwound);
+    place->cycle = cycle == REF_NONE ? REF_NONE : change(outer, cycle);
+    place->clock = change(outer, clock);
+    return true;
 }
 
 bool place_enter_instance(Eval *ev, Place *place, const Object *copy, bool is_instance) {
@@ -272,17 +289,9 @@ bool place_enter_instance(Eval *ev, Place *place, const Object *copy, bool is_in
     if (!is_instance || goes_as_its_place(ev, copy)) {
         return true;
     }
-    if (place->clips) {
-        eval_error_at(ev, copy->where, "give the inner one no clock: it goes by the clips",
-                      "not supported yet: an instance with a clock of its own in a def that plays "
-                      "clips");
-        return false;
-    }
-    const Given *clips = object_given(copy, PROPERTY_INSTANCE_CLIPS);
-    Clock outer = {ev, place_clock(ev, place), NULL};
+    Clock outer = {ev, place_clock(ev, place), place->clips};
     Place within = place_at_clock(ev, place);
-    set_clock(&outer, &within, copy);
-    if (clips && !place_play_clips(ev, &within, clips, outer.clock)) {
+    if (!set_clock(&outer, &within, copy)) {
         return false;
     }
     for (uint32_t i = 0; i < copy->arguments->n; i++) {

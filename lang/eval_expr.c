@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "lang/builtins.h"
+#include "lang/eval_clip.h"
 #include "lang/eval_keys.h"
 #include "lang/eval_run.h"
 #include "lang/eval_sim.h"
@@ -83,6 +84,9 @@ Value eval_binding(Eval *ev, Binding *binding, Scope *at, const Env *env, NodeId
     case BINDING_SIM:
         return eval_error(ev, env, node, arena_printf(ev->arena, "write %s.NAME", name),
                           "'%s' is a simulation, not a value", name);
+    case BINDING_OF_COPIES:
+        return eval_error(ev, env, node, "all copies have the same: write a number, or a let",
+                          "a clip can not depend on '%s', a parameter of its def", name);
     default:
         return binding->value;
     }
@@ -253,7 +257,12 @@ static Value eval_range(Eval *ev, const Env *env, const Node *node) {
                 "the range begins with %s, this is %s",
                 type == VALUE_ANGLE ? "an angle" : "a number", value_describe(ev->arena, &value));
         }
+        if (value.dimension && range->dimension && value.dimension != range->dimension) {
+            return eval_error(ev, env, parts[i], NULL, "the range begins with %s, this is %s",
+                              dimension_names[range->dimension], value_describe(ev->arena, &value));
+        }
         type = value.type;
+        range->dimension = value.dimension ? value.dimension : range->dimension;
         *refs[i] = value.ref[0];
     }
     range->is_angle = type == VALUE_ANGLE;
@@ -310,7 +319,11 @@ static Value eval_member(Eval *ev, const Env *env, NodeId id, const Node *node) 
             return lower_film_member(ev, env, id, member);
         }
     }
-    Value value = eval_expr(ev, env, node->a);
+    Value value;
+    if (clip_member(ev, env, id, &value)) {
+        return value;
+    }
+    value = eval_expr(ev, env, node->a);
     if (value_is_poison(&value)) {
         return value;
     }
@@ -390,6 +403,9 @@ static Value eval_index(Eval *ev, const Env *env, NodeId id, const Node *node) {
         list = make_list(ev, items, list.n);
     }
     double at = 0;
+    if (!eval_list_is_known(ev, list.list)) {
+        return value_poison();
+    }
     if (list.list->each && !dag_is_const(ev->dag, index.ref[0], NULL)) {
         return eval_sim_at(ev, list.list, index.ref[0]);
     }

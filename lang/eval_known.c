@@ -244,6 +244,11 @@ static void list_sequence(Eval *ev, const List *list, Sequence *sequence) {
     sequence->type = type;
 }
 
+bool eval_list_is_known(Eval *ev, const List *list) {
+    double length;
+    return !list->length || eval_known(ev, *list->length, &length) == KNOWN;
+}
+
 bool eval_sequence(Eval *ev, const Env *env, NodeId node, const Value *value, Sequence *sequence) {
     switch (value->type) {
     case VALUE_POISON:
@@ -252,7 +257,7 @@ bool eval_sequence(Eval *ev, const Env *env, NodeId node, const Value *value, Se
         return range_sequence(ev, env, node, value->range, sequence);
     case VALUE_LIST:
         list_sequence(ev, value->list, sequence);
-        return true;
+        return eval_list_is_known(ev, value->list);
     default:
         eval_error(ev, env, node, value_is(value, VALUE_NUMBER) ? "write 0..(n - 1)" : NULL,
                    "a range or a list is expected after 'in', this is %s",

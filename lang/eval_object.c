@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "lang/eval_clip.h"
 #include "lang/eval_run.h"
 #include "lang/loader.h"
 #include "lang/lower.h"
@@ -359,25 +360,14 @@ static void eval_kind(Eval *ev, const Env *env, const Place *place, NodeId state
 
 // ---- Copies of defs
 
-// Clips stand in a def's own block, in none of those within it.
-static void mark_clips(const Module *module, NodeId block) {
-    const Node *node = syntax_node(module->syntax, block);
-    for (uint32_t i = 0; i < node->b; i++) {
-        NodeId statement = module->syntax->extra[node->a + i];
-        if (syntax_node(module->syntax, statement)->kind == NODE_CLIP) {
-            module->flags[statement] |= MODULE_USED;
-        }
-    }
-}
-
 static void emit_def(Eval *ev, const Place *place, Object *copy, const Binding *def, NodeId block) {
     Object body = {
         .kind = OBJECT_GROUP, .name = copy->name, .where = copy->where, .is_identity = true};
     body.env = (Env){def->module, scope_new(ev->arena, copy->arguments)};
     object_begin(ev, &body);
     eval_declare(ev, &body.env, block);
+    clips_bind(ev, copy->clips, body.env.scope);
     eval_gather(ev, &body.env, &body, block);
-    mark_clips(def->module, block);
     Place within = place_within(ev, place, &body);
     eval_emit(ev, &body.env, &within, block, true, body.name);
     object_end(ev, &body);
@@ -447,7 +437,8 @@ static void eval_copy(Eval *ev, const Env *env, const Place *place, NodeId state
                    .is_identity = true,
                    .def_env = &def_env,
                    .def_params = def.module->syntax->extra[node->b],
-                   .def_block = def.module->syntax->extra[node->b + 1]};
+                   .def_block = def.module->syntax->extra[node->b + 1],
+                   .clips = clips_of_def(ev, at, found)};
     copy.where = syntax_name_span(env->module->syntax, statement);
     copy.env = (Env){env->module, scope_new(ev->arena, env->scope)};
     copy.arguments = scope_new(ev->arena, at);
@@ -478,23 +469,31 @@ static void unknown_object(Eval *ev, const Env *env, NodeId statement, const cha
                   foreign ? "there is no '%s' here" : "there is no node or def '%s'", name);
 }
 
-// NAME or PREFIX.NAME; NULL: reported.
+Binding *object_find(const Env *env, NodeId path, Scope **at) {
+    const Syntax *syntax = env->module->syntax;
+    const Node *node = syntax_node(syntax, path);
+    if (node->kind == NODE_NAME) {
+        return scope_find(env->scope, node->a, at);
+    }
+    const Node *prefix = node->kind == NODE_MEMBER ? syntax_node(syntax, node->a) : node;
+    Binding *module = prefix->kind == NODE_NAME ? scope_find(env->scope, prefix->a, at) : NULL;
+    if (!module || module->kind != BINDING_MODULE) {
+        *at = NULL;
+        return NULL;
+    }
+    *at = module->members;
+    return scope_find_own(*at, node->b);
+}
+
+// NULL: reported.
 static Binding *find_def(Eval *ev, const Env *env, NodeId statement, NodeId path, Scope **at) {
     const Node *node = syntax_node(env->module->syntax, path);
     Span where = syntax_name_span(env->module->syntax, statement);
     Symbol name = node->kind == NODE_NAME ? node->a : node->b;
-    Binding *binding = NULL;
-    if (node->kind == NODE_NAME) {
-        binding = scope_find(env->scope, name, at);
-    } else {
-        const Node *prefix = syntax_node(env->module->syntax, node->a);
-        Binding *module = prefix->kind == NODE_NAME ? scope_find(env->scope, prefix->a, at) : NULL;
-        if (!module || module->kind != BINDING_MODULE) {
-            eval_error_at(ev, where, NULL, "what stands before '.' is no included file");
-            return NULL;
-        }
-        *at = module->members;
-        binding = scope_find_own(*at, name);
+    Binding *binding = object_find(env, path, at);
+    if (!*at && node->kind != NODE_NAME) {
+        eval_error_at(ev, where, NULL, "what stands before '.' is no included file");
+        return NULL;
     }
     if (!binding) {
         unknown_object(ev, env, statement, symbol_text(ev->symbols, name));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Operators: which types go together, what comes of them, and hints where they do not.
-#include "lang/eval.h"
+#include "lang/eval_clip.h"
 
 static const char *const signs[OPERATOR_COUNT] = {"-", "not", "+", "-",  "*",  "/",  "%",   "^",
                                                   "<", "<=",  ">", ">=", "==", "!=", "and", "or"};
@@ -55,6 +55,9 @@ static const char *hint_for(Operator op, const Value *a, const Value *b) {
     }
     if ((op == OPERATOR_ADD || op == OPERATOR_SUB) && is_vector(a) && b->type == VALUE_ANGLE) {
         return "an axis and its angle are two values: write x, 90deg";
+    }
+    if (a->type == VALUE_CLIP || b->type == VALUE_CLIP) {
+        return "a clip is no number: play(walk, at = 3s, speed = 2) says how it plays";
     }
     if ((a->type == VALUE_STRING) != (b->type == VALUE_STRING) && op == OPERATOR_ADD) {
         return "write str(...)";
@@ -212,7 +215,16 @@ Ref eval_equal(Eval *ev, const Value *a, const Value *b) {
     switch (a->type) {
     case VALUE_STRING:
         return dag_const(ev->dag, a->symbol == b->symbol);
+    case VALUE_CLIP:
+        truth = dag_const(ev->dag, clip_is_of_one_def(a->clip, b->clip));
+        for (int k = 0; k < CLIP_REFS; k++) {
+            truth = op2(ev, OP_AND, truth, op2(ev, OP_EQ, a->clip->ref[k], b->clip->ref[k]));
+        }
+        return truth;
     case VALUE_LIST:
+        if (!eval_list_is_known(ev, a->list) || !eval_list_is_known(ev, b->list)) {
+            return truth; // all is asked again
+        }
         if (a->list->n != b->list->n) {
             return dag_const(ev->dag, 0);
         }
@@ -344,11 +356,20 @@ Value eval_select(Eval *ev, const Env *env, NodeId node, Ref condition, Value a,
         return (Value){.type = VALUE_MATERIAL,
                        .material = select_material(ev, condition, a.material, b.material)};
     }
+    Value clips;
+    if (clip_choose(ev, condition, &a, &b, &clips)) {
+        return clips;
+    }
     bool is_one_type = a.type == b.type || (is_vector(&a) && is_vector(&b));
     if (!value_is_numeric(&a) || !is_one_type || a.n != b.n) {
         double truth; // a choice between things: it must be known
         if (eval_known(ev, condition, &truth) == KNOWN_LATER) {
             return value_poison();
+        }
+        if (clip_is_or_holds(&a) && clip_is_or_holds(&b)) {
+            return eval_error(ev, env, node, "say when a clip begins by at: play(wave, at = 3s)",
+                              "which clips an instance plays can not depend on %s",
+                              eval_input_name(dag_inputs(ev->dag, condition) & ~LOOP_INPUTS));
         }
         return eval_error(ev, env, node,
                           is_one_type ? NULL : "both sides of ':' must be of one type",

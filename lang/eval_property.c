@@ -506,7 +506,8 @@ void eval_property(Eval *ev, const Env *env, Object *object, NodeId statement) {
     }
     bool is_fn = s->kind == NODE_FN;
     if (id == PROPERTY_INSTANCE_CLIPS) {
-        given.env = clip_names(ev, env, object);
+        given.env.scope = scope_new(ev->arena, env->scope);
+        clips_bind(ev, object->clips, given.env.scope);
     }
     given.node = is_fn ? statement : s->b;
     given.value =

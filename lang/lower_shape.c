@@ -311,6 +311,17 @@ static const Program *shape_breaks(Eval *ev, const Form *form, const RefMap *map
     return lower_breaks(ev, refs, n);
 }
 
+// Whether the moments that vertices are at while clips fade depend on the film's clock: those of an
+// instance in a def that plays clips may, if its clock does.
+static bool fades_by_film(Eval *ev, const Clips *clips) {
+    uint32_t inputs = 0;
+    for (uint32_t k = 0; clips && k < clips->n; k++) {
+        const Ref *times = clips->fades[k].times;
+        inputs |= dag_inputs(ev->dag, times[0]) | dag_inputs(ev->dag, times[1]);
+    }
+    return inputs >> IN_FILM_T & 1;
+}
+
 // Whether a mesh moves by the clock of the instance around it. False in *is_right: reported.
 static bool moves_by_clock(Eval *ev, const Object *object, const Place *place, const Form *form,
                            bool *is_right) {
@@ -322,15 +333,19 @@ static bool moves_by_clock(Eval *ev, const Object *object, const Place *place, c
         *is_right = true;
         return false;
     }
-    *is_right = place->clock == REF_NONE || !(inputs >> IN_FILM_T & 1);
+    bool moves = inputs >> IN_T & 1, by_film = inputs >> IN_FILM_T & 1;
+    bool by_clock = moves && fades_by_film(ev, place->clips);
+    *is_right = place->clock == REF_NONE || !(by_film || by_clock);
     if (!*is_right) {
         eval_error_at(ev, object->where,
-                      "t is the instance's own clock; what is to differ can be a transform, a "
-                      "material, or a parameter of the def",
+                      by_film ? "t is the instance's own clock; what is to differ can be a "
+                                "transform, a material, or a parameter of the def"
+                              : "let the clock of the instance around it go by t, the time of the "
+                                "clips that fade",
                       "the vertices of this %s, which instances share, move by T, the film's clock",
                       object->name);
     }
-    return place->clock != REF_NONE && (inputs >> IN_T & 1);
+    return place->clock != REF_NONE && moves;
 }
 
 enum { TIMES = 1u << IN_T | 1u << IN_FILM_T };

@@ -54,6 +54,7 @@ typedef struct {
     Scope *arguments;   // of a copy: where its def's parameters go; else NULL
     const Env *def_env; // of a copy: the def's place and parameters
     NodeId def_params, def_block;
+    const Scope *clips; // of a copy: those of its def
     bool is_identity;
     RefMap map; // all transforms of the block, the first written acts first
     uint32_t n_given;
@@ -89,6 +90,9 @@ bool eval_check_vec3(Eval *ev, Span where, const char *what, const Value *value,
 // Evaluates the properties and transforms of a node whose kind and env, a scope of its own, are
 // set; object_end ends it.
 void eval_node_begin(Eval *ev, Object *object, NodeId block);
+
+// What a path means, NAME or FILE.NAME; NULL: nothing. *at: the scope that has it.
+Binding *object_find(const Env *env, NodeId path, Scope **at);
 
 // A node, a copy or an instance: NODE_OBJECT.
 void eval_object(Eval *ev, const Env *env, const Place *place, NodeId statement);

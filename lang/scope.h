@@ -27,10 +27,11 @@ typedef enum {
     BINDING_PARAM,
     BINDING_FN,
     BINDING_DEF,
-    BINDING_ARGUMENT, // of a function or a def
-    BINDING_LOOP,     // variable of a for or a comprehension
-    BINDING_VARIABLE, // of a node: u, v, p, n, i
-    BINDING_MODULE,   // include ... as NAME
+    BINDING_ARGUMENT,  // of a function or a def
+    BINDING_OF_COPIES, // a def's parameter where no copy gives it a value
+    BINDING_LOOP,      // variable of a for or a comprehension
+    BINDING_VARIABLE,  // of a node: u, v, p, n, i
+    BINDING_MODULE,    // include ... as NAME
     BINDING_SIM,
 } BindingKind;
 
@@ -45,7 +46,7 @@ typedef struct {
     NodeId node;     // the statement; 0: none
     Span where;      // of the name
     Value value;     // LET, PARAM: once DONE; ARGUMENT, LOOP, VARIABLE; FN: the closure
-    Scope *members;  // MODULE
+    Scope *members;  // MODULE; DEF: its clips, NULL: not read yet (lang/eval_clip.h)
     struct Sim *sim; // SIM: what it is and came to (lang/eval_sim.h)
 } Binding;
 

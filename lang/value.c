@@ -71,6 +71,8 @@ uint32_t value_inputs(const Dag *dag, const Value *value) {
     switch (value->type) {
     case VALUE_MATERIAL:
         return material_inputs(dag, value->material);
+    case VALUE_CLIP:
+        return refs_inputs(dag, value->clip->ref, CLIP_REFS);
     case VALUE_LIST:
         return value->list->inputs;
     case VALUE_RANGE:
@@ -157,6 +159,28 @@ static void put_scalar(Writer *w, const Value *value, Ref ref) {
     }
 }
 
+// "walk (0s..1s)", or "play(walk (0s..1s), at = 3s, ...)".
+static void put_clip(Writer *w, const ClipValue *clip) {
+    static const struct {
+        const char *before, *behind;
+        ValueType type;
+    } parts[CLIP_REFS] = {[CLIP_BEGIN] = {" (", "s", VALUE_NUMBER},
+                          [CLIP_END] = {"..", "s)", VALUE_NUMBER},
+                          [CLIP_AT] = {", at = ", "s", VALUE_NUMBER},
+                          [CLIP_FADE] = {", fade = ", "s", VALUE_NUMBER},
+                          [CLIP_SPEED] = {", speed = ", "", VALUE_NUMBER},
+                          [CLIP_ONCE] = {", once = ", "", VALUE_BOOL},
+                          [CLIP_PARTS] = {", parts = ", ")", VALUE_NUMBER}};
+    put(w, clip->is_played ? "play(" : "");
+    put(w, clip->name ? symbol_text(w->symbols, clip->name) : "clip");
+    for (int k = 0; k < (clip->is_played ? CLIP_REFS : CLIP_AT); k++) {
+        const Value part = value_scalar(parts[k].type, clip->ref[k]);
+        put(w, parts[k].before);
+        put_scalar(w, &part, part.ref[0]);
+        put(w, parts[k].behind);
+    }
+}
+
 static void put_value(Writer *w, const Value *value) {
     if (value_is_numeric(value)) {
         const Ref *refs = value_refs(value);
@@ -171,6 +195,9 @@ static void put_value(Writer *w, const Value *value) {
     switch (value->type) {
     case VALUE_STRING:
         put(w, symbol_text(w->symbols, value->symbol));
+        break;
+    case VALUE_CLIP:
+        put_clip(w, value->clip);
         break;
     case VALUE_LIST:
         put(w, "[");

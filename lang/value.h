@@ -4,10 +4,9 @@
 #ifndef LANG_VALUE_H
 #define LANG_VALUE_H
 
-#include "lang/dag.h"
+#include "lang/clip_value.h"
 #include "lang/material_value.h"
 #include "lang/spatial.h"
-#include "lang/syntax.h"
 #include "lang/units.h"
 
 // TYPE(id, name, with article)
@@ -22,6 +21,7 @@
     TYPE(TRANSFORM, "transform", "a transform")                                                    \
     TYPE(STRING, "string", "a string")                                                             \
     TYPE(MATERIAL, "material", "a material")                                                       \
+    TYPE(CLIP, "clip", "a clip")                                                                   \
     TYPE(LIST, "list", "a list")                                                                   \
     TYPE(FUNCTION, "function", "a function")                                                       \
     TYPE(RANGE, "range", "a range")
@@ -43,11 +43,13 @@ typedef struct {
     // truth value). NULL: the items have nothing in common.
     const Value *each;
     Ref alive;
+    const Ref *length; // how many of its items are there, as loop variables say; NULL: all of them
 } List;
 
 typedef struct {
     Ref low, high, step; // REF_NONE: no step was written
     bool is_angle;
+    uint8_t dimension;
 } Range;
 
 // Scalars are in SI units, angles in radians. A unit written on a number stays with it as a
@@ -63,6 +65,7 @@ struct Value {
         const RefMap *map; // TRANSFORM
         Symbol symbol;     // STRING: its text
         const MaterialValue *material;
+        const ClipValue *clip;
         const List *list;
         const Closure *closure;
         const Range *range;

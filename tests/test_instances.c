@@ -327,9 +327,10 @@ static char *with_moments(const char *head, const char *const moments[3], const 
     return text;
 }
 
+static const char *const by_clock[3] = {"t", "t", "1"}, *const by_moments[3] = {"a", "b", "w"};
+
 // Instances 0 to 3 that play clips, and copies that are told the two moments and the share.
 static void agree_on_clips(const char *clips, const char *moments) {
-    static const char *const one[3] = {"t", "t", "1"}, *const two[3] = {"a", "b", "w"};
     char instances[1024], copies[1024];
     snprintf(instances, sizeof instances,
              "for i in 0..3 { instance Thing { clips = %s  translate <3*i, 0, 0> } }", clips);
@@ -337,8 +338,8 @@ static void agree_on_clips(const char *clips, const char *moments) {
              moments);
     char *instanced = with_moments("def Thing { let end = 0.5  clip go = 0s..1s"
                                    "  clip stay = 1.2s..1.2 + end",
-                                   one, instances);
-    char *flat = with_moments("def Thing(a, b, w) {", two, copies);
+                                   by_clock, instances);
+    char *flat = with_moments("def Thing(a, b, w) {", by_moments, copies);
     agree(instanced, flat, vec3(-1, -1, -1), vec3(10, 2, 1), 1, 0);
     free(instanced);
     free(flat);
@@ -361,6 +362,44 @@ static void clips_follow_each_other(void **state) {
                    " b = t < 0.06 ? 1.2 + clamp(t - 0.02, 0, 0.5)"
                    "   : i < 2 ? (3*(t - 0.06)) % 1 : 1.2 + (3*(t - 0.06)) % 0.5,"
                    " w = t < 0.06 ? smoothstep(0.02, 0.06, t) : smoothstep(0.06, 0.09, t)");
+}
+
+// Lists between which the loop chooses: what one of them lacks does not cut a fade short.
+static void clips_of_lists_that_differ(void **state) {
+    (void)state;
+    agree_on_clips("i < 1 ? [stay] : i < 2 ? [go, play(stay, at = 0.02s, fade = 0.06s, parts = 0)]"
+                   " : [go, play(stay, at = 0.02s, fade = 0.06s, parts = 0),"
+                   " play(go, at = 0.05s, fade = 0s, parts = 0)]",
+                   "a = i < 1 ? 1.2 + t % 0.5 : t % 1,"
+                   " b = i < 1 ? 1.2 + t % 0.5"
+                   "   : i < 2 or t < 0.05 ? 1.2 + (t - 0.02) % 0.5 : (t - 0.05) % 1,"
+                   " w = i < 1 or (i > 1 and t >= 0.05) ? 1"
+                   "   : smoothstep(0.02, i < 2 ? 0.08 : 0.05, t)");
+}
+
+// Instances with clocks of their own within what plays clips: both of its moments go through them.
+static void clocks_within_clips(void **state) {
+    (void)state;
+    char *instanced = with_moments(
+        "def Thing {", by_clock,
+        "def Two(to) { instance Thing { speed = 2 offset = 0.3s cycle = 0.7s"
+        " translate <0, 2 + 0.2*t, to> } instance Thing { clock = -t  rotate z, 0.1turn*t } }"
+        "def Four { clip go = 0s..1s  clip stay = 1.2s..1.7s  instance Two(t) { speed = 0.5 }"
+        " for k in 0..1 { instance Two(0) { offset = 0.1s*k translate <0, 0, 3 + 3*k> } } }"
+        "for i in 0..3 { instance Four { translate <3*i, 0, 0>"
+        " clips = [play(go, at = -0.25*i), play(stay, at = 0.02s, fade = 0.08s, parts = 0)] } }");
+    char *flat = with_moments(
+        "def Thing(a, b, w) {", by_moments,
+        "def Two(a, b, w, to) { Thing((2*a + 0.3) % 0.7, (2*b + 0.3) % 0.7, w)"
+        " { translate <0, 2 + 0.2*mix(a, b, w), to> }"
+        " Thing(-a, -b, w) { rotate z, 0.1turn*mix(a, b, w) } }"
+        "def Four(a, b, w) { Two(0.5*a, 0.5*b, w, mix(a, b, w)) { }"
+        " for k in 0..1 { Two(a + 0.1*k, b + 0.1*k, w, 0) { translate <0, 0, 3 + 3*k> } } }"
+        "for i in 0..3 { Four((t + 0.25*i) % 1, 1.2 + (t - 0.02) % 0.5,"
+        " smoothstep(0.02, 0.1, t)) { translate <3*i, 0, 0> } }");
+    agree(instanced, flat, vec3(-1, -2, -1), vec3(10, 5, 8), 1, 0);
+    free(instanced);
+    free(flat);
 }
 
 // `late` is moved behind its successor: then that begins with it, and there is one of each object.
@@ -443,6 +482,8 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(equal_values_share),
     cmocka_unit_test(clips_fade),
     cmocka_unit_test(clips_follow_each_other),
+    cmocka_unit_test(clips_of_lists_that_differ),
+    cmocka_unit_test(clocks_within_clips),
     cmocka_unit_test(clips_never_overlap),
     cmocka_unit_test(fades_are_shared),
     cmocka_unit_test(blocks_do_not_matter),

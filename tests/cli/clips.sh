@@ -101,6 +101,34 @@ END
     lacks "$err" warning
 }
 
+# A fade is no shape: what moves in it alone moves, once.
+test_fades_are_counted_as_fades() {
+    cat >fades.st4 <<'END'
+film { size = <64, 64>  frames = 1..48  fps = 24 }
+def Man {
+    clip stand = 0s..1s
+    clip wave = 1s..2s
+    surface { fn at(u, v) = <u, v, sin(1turn*max(t, 1))> }
+    surface { fn at(u, v) = <u, v + 2, 0> }
+    sphere { radius = 0.2  translate <0, t, 0> }
+}
+for i in 0..1 {
+    instance Man { clips = [stand, play(wave, at = 1s), play(stand, at = 1.5s)]  translate <2*i, 0, 0> }
+}
+END
+    expect 0 "$ST4" info fades.st4
+    has "$out" 'shapes    3, placed as 6 objects; 1 deform'
+    has "$out" 'fades     2, in which'
+    expect 0 "$ST4" check fades.st4
+    has "$out" '2 of 3 shapes move in 48 frames, with 2 fades from clip to clip; 0 errors'
+    sed -i 's/, play.*\]/]/' fades.st4
+    expect 0 "$ST4" info fades.st4
+    has "$out" 'shapes    3, placed as 6 objects; 1 deform'
+    lacks "$out" fades
+    expect 0 "$ST4" check fades.st4
+    has "$out" 'of 3 shapes move in 48 frames; 0 errors'
+}
+
 test_clips_that_are_not_there() {
     a_gltf
     echo 'v 0 0 0 v 1 0 0 v 0 1 0 f 1 2 3' | sed 's/ \([vf]\)/\n\1/g' >a.obj

@@ -188,7 +188,9 @@ static void write_span(Writer *w, int depth) {
 
 static void write_play(Writer *w, int depth) {
     static const char *const names[] = {"at", "fade", "speed", "parts"};
-    fuzz_put(w, fuzz_one_in(w, 4) ? "play(i < 1 ? a : b" : "play(%c", "ab"[fuzz_random(w, 2)]);
+    static const char *const clips[] = {"a", "b", "K.b", "i < 1 ? a : b", "[K.b, a][i]"};
+    fuzz_put(w, "play(");
+    PUT_ONE_OF(w, clips);
     for (int k = 0; k < 4; k++) {
         if (fuzz_one_in(w, 2)) {
             fuzz_put(w, ", %s = ", names[k]);
@@ -200,14 +202,15 @@ static void write_play(Writer *w, int depth) {
 
 // A def with clips, and an instance that plays them, perhaps many.
 static void write_clips(Writer *w, int depth) {
-    fuzz_put(w, "def K { clip a = ");
+    fuzz_put(w, "def J { surface { fn at(u, v) = <u, v, t> } }\ndef K { clip a = ");
     write_span(w, depth);
     fuzz_put(w, "  clip b = ");
     write_span(w, depth);
-    fuzz_put(w, "\n");
+    fuzz_put(w, "\n%s", fuzz_one_in(w, 4) ? "instance J { speed = 2  cycle = 1.5s }\n" : "");
     fuzz_write_statement(w, depth - 1);
     fuzz_write_statement(w, depth - 1);
-    fuzz_put(w, "}\nfor i in 0..%u { instance K { clips = [a", fuzz_random(w, 4));
+    fuzz_put(w, "}\nfor i in 0..%u { instance K { clips = %s[a", fuzz_random(w, 4),
+             fuzz_one_in(w, 4) ? "i < 2 ? [b] : " : "");
     for (uint32_t k = 0, n = fuzz_random(w, 4); k < n; k++) {
         fuzz_put(w, ", ");
         write_play(w, depth - 1);
