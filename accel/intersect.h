@@ -13,24 +13,7 @@
 #ifndef ACCEL_INTERSECT_H
 #define ACCEL_INTERSECT_H
 
-#include "accel/accel.h"
-
-// A ray made ready: direction scaled by a power of two into the range of the kernels, the shear
-// along its dominant axis, the two keys that it lies between.
-typedef struct {
-    float o[3], d[3];
-    float sx, sy, sz; // shear of axes kx, ky along kz, and 1 / d[kz]
-    int kx, ky, kz;
-    float tn, tf; // the interval asked for, open at tn; scaled like d
-    float f;
-    float unscale; // distances along the caller's ray are t * unscale
-    uint32_t tick;
-    const float *a, *b;   // positions at the keys before and after
-    const float *ra, *rb; // radii, spheres only
-} RayState;
-
-// False: the ray is not valid, hits nothing.
-bool ray_prepare(const Geometry *geometry, const AccelRay *ray, RayState *state);
+#include "accel/ray_state.h"
 
 // The nearest hit so far. Starts as {state->tf, INT32_MAX}; the distance is scaled like state->d.
 typedef struct {

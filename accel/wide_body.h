@@ -24,9 +24,11 @@ typedef struct {
     const WideTree *tree;
     const RayState *ray;
     Nearest *nearest;
-    uint32_t key;
+    const float *keys;             // of cluster 0, at the ray's key
+    size_t stride, next;           // from cluster to cluster, from key to key
+    size_t kx_row, ky_row, kz_row; // where the rows of the ray's axes are within a key
     float w;
-    float r[3];                             // 1 / d
+    float r[3];                           // 1 / d
     size_t near_offset[3], far_offset[3]; // of the nearer and farther faces' rows, from lo[0]
     uint64_t n_nodes, n_tests;
 } Trace;
@@ -61,12 +63,11 @@ SPECIALISED uint32_t test_boxes(const Trace *tr, const WideBoxes *node, bool is_
     return lanes_le(*t, lanes_fma(lanes_abs(far), slack, far));
 }
 
-// A row of vertices at the ray's time, relative to its origin.
-SPECIALISED Lanes row_at(const Trace *tr, const float *key, int axis, bool is_moving) {
-    Lanes p = lanes_load(key + axis * CLUSTER_LANES);
+// A row of vertices at the ray's time.
+SPECIALISED Lanes row_at(const Trace *tr, const float *row, bool is_moving) {
+    Lanes p = lanes_load(row);
     if (is_moving) {
-        size_t next = (size_t)tr->tree->set->n_rows * CLUSTER_LANES;
-        Lanes q = lanes_load(key + next + axis * CLUSTER_LANES);
+        Lanes q = lanes_load(row + tr->next);
         p = lanes_fma(lanes_all(tr->ray->f), lanes_sub(q, p), p);
     }
     return p;
@@ -76,11 +77,10 @@ SPECIALISED void test_triangles(Trace *tr, uint32_t index, bool is_moving) {
     const WideTree *tree = tr->tree;
     const RayState *ray = tr->ray;
     const Cluster *cluster = &tree->set->clusters[index];
-    const float *key = cluster_key(tree->set, index, tr->key);
-    int kx = ray->kx, ky = ray->ky, kz = ray->kz;
-    Lanes z = lanes_sub(row_at(tr, key, kz, is_moving), lanes_all(ray->o[kz]));
-    Lanes x = lanes_sub(row_at(tr, key, kx, is_moving), lanes_all(ray->o[kx]));
-    Lanes y = lanes_sub(row_at(tr, key, ky, is_moving), lanes_all(ray->o[ky]));
+    const float *key = tr->keys + index * tr->stride;
+    Lanes z = lanes_sub(row_at(tr, key + tr->kz_row, is_moving), lanes_all(ray->o[ray->kz]));
+    Lanes x = lanes_sub(row_at(tr, key + tr->kx_row, is_moving), lanes_all(ray->o[ray->kx]));
+    Lanes y = lanes_sub(row_at(tr, key + tr->ky_row, is_moving), lanes_all(ray->o[ray->ky]));
     x = lanes_fnma(lanes_all(ray->sx), z, x);
     y = lanes_fnma(lanes_all(ray->sy), z, y);
     Lanes cx[3], cy[3], edge[3];
@@ -123,12 +123,12 @@ SPECIALISED void test_triangles(Trace *tr, uint32_t index, bool is_moving) {
 SPECIALISED void test_spheres(Trace *tr, uint32_t index, bool is_moving) {
     const RayState *ray = tr->ray;
     const Cluster *cluster = &tr->tree->set->clusters[index];
-    const float *key = cluster_key(tr->tree->set, index, tr->key);
+    const float *key = tr->keys + index * tr->stride;
     const float *d = ray->d;
     float scale = 1 / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     Lanes g[3], along = lanes_all(0), size = lanes_all(0), square = lanes_all(0);
     for (int a = 0; a < 3; a++) {
-        g[a] = lanes_sub(row_at(tr, key, a, is_moving), lanes_all(ray->o[a]));
+        g[a] = lanes_sub(row_at(tr, key + a * CLUSTER_LANES, is_moving), lanes_all(ray->o[a]));
         along = lanes_fma(g[a], lanes_all(d[a] * scale), along);
         size = lanes_add(size, lanes_abs(g[a]));
     }
@@ -137,7 +137,7 @@ SPECIALISED void test_spheres(Trace *tr, uint32_t index, bool is_moving) {
         square = lanes_fma(off, off, square);
     }
     // Each component is off by less than 8 units in the last place of the sum of all.
-    Lanes radius = row_at(tr, key, 3, is_moving);
+    Lanes radius = row_at(tr, key + 3 * CLUSTER_LANES, is_moving);
     Lanes room = lanes_fma(size, lanes_all(0x1p-18f), radius);
     Lanes far = lanes_fma(room, room, lanes_all(1e-30f));
     // Squares overflow first, to infinity, which passes.
@@ -149,14 +149,12 @@ SPECIALISED void test_spheres(Trace *tr, uint32_t index, bool is_moving) {
     }
 }
 
-SPECIALISED void trace_begin(Trace *tr, const WideTree *tree, const RayState *ray,
-                             Nearest *nearest) {
+SPECIALISED void begin_boxes(Trace *tr, const WideTree *tree, RayState *ray, Nearest *nearest) {
     tr->tree = tree;
     tr->ray = ray;
     tr->nearest = nearest;
     tr->n_nodes = tr->n_tests = 0;
-    tr->key = ray->tick / TICKS_PER_SPAN;
-    tr->w = (float)tr->key + ray->f;
+    tr->w = (float)(ray->tick / TICKS_PER_SPAN) + ray->f;
     for (uint32_t a = 0; a < 3; a++) {
         float d = ray->d[a];
         // A direction along a plane: so steep that the slab is either all or nothing.
@@ -168,35 +166,76 @@ SPECIALISED void trace_begin(Trace *tr, const WideTree *tree, const RayState *ra
     }
 }
 
-SPECIALISED void trace_tree(Trace *tr, bool is_moving, bool is_spheres, bool any_hit) {
+// What clusters need, for rays that come to one.
+SPECIALISED void begin_clusters(Trace *tr, RayState *ray, bool is_spheres) {
+    const ClusterSet *set = tr->tree->set;
+    uint32_t key = ray->tick / TICKS_PER_SPAN;
+    tr->keys = cluster_key(set, 0, key);
+    tr->stride = (size_t)set->geometry->n_keys * set->n_rows * CLUSTER_LANES;
+    tr->next = (size_t)set->n_rows * CLUSTER_LANES;
+    if (is_spheres) {
+        ray_set_keys(ray, set->geometry, key);
+    } else {
+        ray_set_shear(ray);
+        tr->kx_row = (size_t)ray->kx * CLUSTER_LANES;
+        tr->ky_row = (size_t)ray->ky * CLUSTER_LANES;
+        tr->kz_row = (size_t)ray->kz * CLUSTER_LANES;
+    }
+}
+
+// Whether the ray meets any of the node's boxes: then *child is the one to go to, and the others
+// are on the stack.
+SPECIALISED bool visit_node(Trace *tr, const WideBoxes *node, Stack *stack, uint32_t *top,
+                            uint32_t *child, bool is_moving, bool any_hit) {
+    Lanes t;
+    uint32_t mask = test_boxes(tr, node, is_moving, &t);
+    tr->n_nodes++;
+    if (!mask) {
+        return false;
+    }
+    uint32_t more = (uint32_t)__builtin_popcount(mask) - 1;
+    if (!more) {
+        *child = node->child[__builtin_ctz(mask)];
+    } else if (any_hit) {
+        lanes_pack(node->child, mask, stack->child + *top);
+        *child = node->child[31 - __builtin_clz(mask)];
+    } else {
+        *child = lanes_sort(t, mask, node->child, stack->t + *top, stack->child + *top);
+    }
+    *top += more;
+    return true;
+}
+
+SPECIALISED uint32_t pass_times(const WideTree *tree, uint32_t child, uint32_t tick) {
+    while (child_kind(child) == CHILD_TIME) {
+        const TimeNode *time = &tree->times[child_index(child)];
+        child = time->child[tick >= time->tick];
+    }
+    return child;
+}
+
+SPECIALISED void trace_tree(Trace *tr, RayState *ray, bool is_moving, bool is_spheres,
+                            bool any_hit) {
     const WideTree *tree = tr->tree;
     Stack stack;
-    uint32_t top = 0, child = wide_root(tree, tr->ray->tick);
+    uint32_t top = 0, child = pass_times(tree, wide_root(tree, ray->tick), ray->tick);
+    // Many rays end here, before anything is made ready for clusters.
+    if (child_kind(child) == CHILD_NODE &&
+        !visit_node(tr, wide_boxes(tree, is_moving, child_index(child)), &stack, &top, &child,
+                    is_moving, any_hit)) {
+        return;
+    }
+    begin_clusters(tr, ray, is_spheres);
     for (;;) {
         uint32_t index = child_index(child);
         ChildKind kind = child_kind(child);
         if (kind == CHILD_NODE) {
-            const WideBoxes *node = wide_boxes(tree, is_moving, index);
-            tr->n_nodes++;
-            Lanes t;
-            uint32_t mask = test_boxes(tr, node, is_moving, &t);
-            if (mask) {
-                uint32_t more = (uint32_t)__builtin_popcount(mask) - 1;
-                if (!more) {
-                    child = node->child[__builtin_ctz(mask)];
-                } else if (any_hit) {
-                    lanes_pack(node->child, mask, stack.child + top);
-                    top += more;
-                    child = node->child[31 - __builtin_clz(mask)];
-                } else {
-                    child = lanes_sort(t, mask, node->child, stack.t + top, stack.child + top);
-                    top += more;
-                }
+            if (visit_node(tr, wide_boxes(tree, is_moving, index), &stack, &top, &child, is_moving,
+                           any_hit)) {
                 continue;
             }
         } else if (kind == CHILD_TIME) {
-            const TimeNode *time = &tree->times[index];
-            child = time->child[tr->ray->tick >= time->tick];
+            child = pass_times(tree, child, ray->tick);
             continue;
         } else if (kind == CHILD_CLUSTER) {
             if (is_spheres) {
@@ -222,7 +261,6 @@ SPECIALISED bool prepare(const WideTree *tree, const AccelRay *ray, RayState *st
     const float *o = ray->origin, *d = ray->dir;
     float ax = __builtin_fabsf(d[0]), ay = __builtin_fabsf(d[1]), az = __builtin_fabsf(d[2]);
     float largest = ax > ay ? ax : ay;
-    int kz = (int)(az > largest) << 1 | (int)((ax <= ay) & (az <= largest));
     largest = az > largest ? az : largest;
     // Sums that are infinite or NaN show an operand that is.
     bool is_plain = (o[0] + o[1] + o[2]) * 0 == 0 && (ax + ay + az) * 0 == 0 &&
@@ -236,26 +274,11 @@ SPECIALISED bool prepare(const WideTree *tree, const AccelRay *ray, RayState *st
         state->o[a] = o[a];
         state->d[a] = d[a];
     }
-    state->kz = kz;
-    static const uint8_t next[3] = {1, 2, 0}, last[3] = {2, 0, 1};
-    state->kx = next[kz];
-    state->ky = last[kz];
-    state->sx = d[state->kx] / d[kz];
-    state->sy = d[state->ky] / d[kz];
-    state->sz = 1 / d[kz];
     state->tn = ray->tmin;
     state->tf = ray->tmax < 1e37f ? ray->tmax : 1e37f;
     state->unscale = 1;
     state->f = ray->f;
     state->tick = accel_tick(ray->key, ray->f);
-    if (tree->geometry->kind == GEOMETRY_SPHERES) {
-        const Geometry *g = tree->geometry;
-        size_t a = (size_t)ray->key * g->n_vertices, b = tree->is_moving ? a + g->n_vertices : a;
-        state->a = g->position + 3 * a;
-        state->b = g->position + 3 * b;
-        state->ra = g->radius + a;
-        state->rb = g->radius + b;
-    }
     return true;
 }
 
@@ -271,8 +294,8 @@ SPECIALISED bool trace_wide(const WideTree *tree, const AccelRay *ray, AccelHit 
     }
     Nearest nearest = {state.tf, INT32_MAX, 0, 0};
     Trace tr;
-    trace_begin(&tr, tree, &state, &nearest);
-    trace_tree(&tr, is_moving, is_spheres, any_hit);
+    begin_boxes(&tr, tree, &state, &nearest);
+    trace_tree(&tr, &state, is_moving, is_spheres, any_hit);
     if (count) {
         count->nodes += tr.n_nodes;
         count->prim_tests += tr.n_tests;

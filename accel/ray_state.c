@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays made ready for the kernels: checked, scaled, sheared.
-#include "accel/intersect.h"
+#include "accel/ray_state.h"
 
 #include <math.h>
 
@@ -45,30 +45,13 @@ static bool scale_direction(const AccelRay *ray, RayState *state) {
     return true;
 }
 
-static void set_shear(RayState *state) {
-    const float *d = state->d;
-    int kz = fabsf(d[0]) > fabsf(d[1]) ? 0 : 1;
-    kz = fabsf(d[2]) > fabsf(d[kz]) ? 2 : kz;
-    state->kz = kz;
-    state->kx = (kz + 1) % 3;
-    state->ky = (kz + 2) % 3;
-    state->sx = d[state->kx] / d[kz];
-    state->sy = d[state->ky] / d[kz];
-    state->sz = 1 / d[kz];
-}
-
 bool ray_prepare(const Geometry *geometry, const AccelRay *ray, RayState *state) {
     if (!is_valid(geometry, ray) || !scale_direction(ray, state)) {
         return false;
     }
-    set_shear(state);
-    uint32_t next = geometry->n_keys > 1 ? ray->key + 1 : ray->key;
-    size_t n = geometry->n_vertices;
     state->f = ray->f;
     state->tick = accel_tick(ray->key, ray->f);
-    state->a = geometry->position + 3 * n * ray->key;
-    state->b = geometry->position + 3 * n * next;
-    state->ra = geometry->radius ? geometry->radius + n * ray->key : NULL;
-    state->rb = geometry->radius ? geometry->radius + n * next : NULL;
+    ray_set_shear(state);
+    ray_set_keys(state, geometry, ray->key);
     return true;
 }
