@@ -127,16 +127,13 @@ static void fill_cluster(const ClusterBuilder *b, Cluster *cluster, const uint32
     }
 }
 
-// Padding against the rounding of positions and of boxes in time, both relative to the largest
-// coordinate there is.
-static float padding(const Geometry *g) {
+static float largest_of(const float *x, size_t n) {
     float largest = 0;
-    size_t n = (size_t)g->n_keys * g->n_vertices * 3;
     for (size_t i = 0; i < n; i++) {
-        float size = fabsf(g->position[i]);
+        float size = fabsf(x[i]);
         largest = size > largest && size <= FLT_MAX ? size : largest;
     }
-    return 0x1p-21f * largest + 1e-36f;
+    return largest;
 }
 
 static void fill_key(ClusterSet *set, uint32_t c, const uint32_t vertex[CLUSTER_LANES],
@@ -185,7 +182,11 @@ static bool fill_clusters(const ClusterBuilder *b, ClusterSet *set) {
     for (uint32_t i = 0, c = 0; i < g->n_prims; i += b->size_at[i]) {
         first[c++] = i;
     }
-    float pad = padding(g);
+    // Against the rounding of positions and of boxes in time, both relative to the largest.
+    size_t n_positions = (size_t)g->n_keys * g->n_vertices;
+    set->reach = largest_of(g->position, 3 * n_positions) +
+                 (g->radius ? largest_of(g->radius, n_positions) : 0);
+    float pad = 0x1p-21f * set->reach + 1e-36f;
 #pragma omp parallel for schedule(static) num_threads(b->n_threads)
     for (uint32_t c = 0; c < set->n_clusters; c++) {
         uint32_t vertex[CLUSTER_LANES];

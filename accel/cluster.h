@@ -36,6 +36,7 @@ typedef struct {
     float *keys;  // [n_clusters][n_keys][n_rows][16], 64-byte aligned
     float *boxes; // [n_clusters][n_keys][6] lo, hi of each key, padded; needed by the build only
     size_t bytes; // of clusters and keys
+    float reach;  // no coordinate of anything is larger, whatever its sign
 } ClusterSet;
 
 // By surface area from the top down (accel/cluster.c). All memory is the set's own.

@@ -6,9 +6,9 @@
 //
 // No hit of the triangle kernel is lost. The kernel subtracts the origin from each vertex, the test
 // subtracts it from each plane; rounding is monotone, so what is inside stays inside, however far
-// the origin. What both do afterwards has a relative error of a few units in the last place, for
-// which, and for the lane numbers that lanes_sort() hides in distances, the interval is widened by
-// 2^-18.
+// the origin. What both do afterwards has an error of a few units in the last place of a distance,
+// for which, and for the lane numbers that lanes_sort() hides in distances, boxes are left later by
+// 2^-18 of the farthest that anything can be: one number for a ray, so that it costs nothing.
 #include "accel/lanes_kernels.h"
 #include "accel/wide.h"
 
@@ -28,6 +28,7 @@ typedef struct {
     size_t stride, next;           // from cluster to cluster, from key to key
     size_t kx_row, ky_row, kz_row; // where the rows of the ray's axes are within a key
     float w;
+    float slack, far;                     // far: of what is still of interest, slack included
     float r[3];                           // 1 / d
     size_t near_offset[3], far_offset[3]; // of the nearer and farther faces' rows, from lo[0]
     uint64_t n_nodes, n_tests;
@@ -50,17 +51,17 @@ SPECIALISED Lanes plane_at(const float *rows, size_t offset, Lanes w, bool is_mo
 // Which lanes' boxes the ray meets before the nearest hit, and where it enters them.
 SPECIALISED uint32_t test_boxes(const Trace *tr, const WideBoxes *node, bool is_moving, Lanes *t) {
     const float *rows = &node->lo[0][0];
-    Lanes w = lanes_all(tr->w), near = lanes_all(tr->ray->tn), far = lanes_all(tr->nearest->t);
+    Lanes w = lanes_all(tr->w), slack = lanes_all(tr->slack);
+    Lanes near = lanes_all(tr->ray->tn), far = lanes_all(tr->far);
     for (int a = 0; a < 3; a++) {
         Lanes r = lanes_all(tr->r[a]), o = lanes_all(tr->ray->o[a]);
         Lanes in = lanes_sub(plane_at(rows, tr->near_offset[a], w, is_moving), o);
         Lanes out = lanes_sub(plane_at(rows, tr->far_offset[a], w, is_moving), o);
         near = lanes_max(lanes_mul(in, r), near);
-        far = lanes_min(lanes_mul(out, r), far);
+        far = lanes_min(lanes_fma(out, r, slack), far);
     }
-    Lanes slack = lanes_all(0x1p-18f);
-    *t = lanes_fnma(lanes_abs(near), slack, near);
-    return lanes_le(*t, lanes_fma(lanes_abs(far), slack, far));
+    *t = near;
+    return lanes_le(near, far);
 }
 
 // A row of vertices at the ray's time.
@@ -149,6 +150,12 @@ SPECIALISED void test_spheres(Trace *tr, uint32_t index, bool is_moving) {
     }
 }
 
+SPECIALISED float largest_of(const float v[3]) {
+    float x = __builtin_fabsf(v[0]), y = __builtin_fabsf(v[1]), z = __builtin_fabsf(v[2]);
+    float larger = x > y ? x : y;
+    return z > larger ? z : larger;
+}
+
 SPECIALISED void begin_boxes(Trace *tr, const WideTree *tree, RayState *ray, Nearest *nearest) {
     tr->tree = tree;
     tr->ray = ray;
@@ -164,6 +171,9 @@ SPECIALISED void begin_boxes(Trace *tr, const WideTree *tree, RayState *ray, Nea
         tr->near_offset[a] = a * WIDE_LANES + back;
         tr->far_offset[a] = (3 + a) * WIDE_LANES - back;
     }
+    float reach = (tree->set->reach + largest_of(ray->o)) / largest_of(ray->d);
+    tr->slack = 0x1p-18f * (reach < 1e37f ? reach : 1e37f);
+    tr->far = nearest->t + tr->slack;
 }
 
 // What clusters need, for rays that come to one.
@@ -246,13 +256,14 @@ SPECIALISED void trace_tree(Trace *tr, RayState *ray, bool is_moving, bool is_sp
             if (any_hit && tr->nearest->prim != INT32_MAX) {
                 return;
             }
+            tr->far = tr->nearest->t + tr->slack;
         }
         do {
             if (top == 0) {
                 return;
             }
             child = stack.child[--top];
-        } while (!any_hit && stack.t[top] > tr->nearest->t);
+        } while (!any_hit && stack.t[top] > tr->far);
     }
 }
 
