@@ -87,13 +87,15 @@ static void emit_each(Walk *walk) {
     Eval *ev = walk->ev;
     const RunGroup *group = walk->group;
     uint32_t rows[RUN_MAX_PATTERNS] = {0}, n_singles = 0;
+    Syntax *syntax = walk->env->module->syntax;
+    uint32_t begin = group->n_runs ? group->runs[0].at[0] : syntax->file->base;
     Parser parser;
-    parser_resume(&parser, ev->arena, walk->env->module->syntax, ev->diag, group->runs[0].at[0]);
+    parser_resume(&parser, ev->arena, syntax, ev->diag, begin);
     for (uint32_t i = 0; i < group->n && !ev->unroll; i++) {
         uint8_t kind = group->kinds ? group->kinds[i] : 0;
         if (kind == RUN_SINGLE) {
             NodeId statement = group->singles[n_singles++];
-            diag_order(ev->diag, syntax_node(walk->env->module->syntax, statement)->lo);
+            diag_order(ev->diag, syntax_node(syntax, statement)->lo);
             emit(walk, statement);
         } else if (walk->way[kind] == EACH) {
             emit_one(walk, &parser, &group->runs[kind], rows[kind]++);

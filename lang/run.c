@@ -489,7 +489,7 @@ void run_end(RunGather *gather, Parser *p) {
     for (uint32_t k = 0; k < r->n_patterns; k++) {
         runs[k] = finish_run(p, r->patterns[k]);
     }
-    bool is_mixed = r->n_patterns + r->n_singles > 1;
+    bool is_mixed = r->n_patterns > 1 || r->n_singles > 0; // all may be singles
     uint8_t *kinds = is_mixed ? ARENA_ARRAY(p->arena, r->n, uint8_t) : NULL;
     NodeId *singles = ARENA_ARRAY(p->arena, r->n_singles, NodeId);
     if (is_mixed) {
