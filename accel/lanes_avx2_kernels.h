@@ -154,9 +154,14 @@ static inline void lanes_pack(const uint32_t *child, uint32_t mask, uint32_t *to
 
 static inline uint32_t lanes_sort(Lanes t, uint32_t mask, const uint32_t *child, float *to_t,
                                   uint32_t *to_child) {
-    uint32_t n = (uint32_t)__builtin_popcount(mask);
+    uint32_t n = (uint32_t)__builtin_popcount(mask), more = mask & (mask - 1);
+    float all[16] __attribute__((aligned(64)));
+    if (n == 2) {
+        lanes_store(all, t);
+        int i = __builtin_ctz(mask), j = __builtin_ctz(more);
+        return lanes_two(all[i], all[j], child[i], child[j], to_t, to_child);
+    }
     if (n > 8) {
-        float all[16] __attribute__((aligned(64)));
         lanes_store(all, t);
         return lanes_insert(all, mask, child, to_t, to_child);
     }

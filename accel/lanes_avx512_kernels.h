@@ -88,27 +88,21 @@ static inline void lanes_pack(const uint32_t *child, uint32_t mask, uint32_t *to
 
 static inline uint32_t lanes_sort(Lanes t, uint32_t mask, const uint32_t *child, float *to_t,
                                   uint32_t *to_child) {
-    // The four lowest bits of a distance give way to its lane's number.
-    __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-    __m512i key = _mm512_castps_si512(t);
-    uint32_t more = mask & (mask - 1), last = more & (more - 1);
-    if (!last) { // two, as most often
+    uint32_t n = (uint32_t)__builtin_popcount(mask), more = mask & (mask - 1);
+    if (n == 2) {
         __m128 two = _mm512_castps512_ps128(_mm512_maskz_compress_ps((__mmask16)mask, t));
-        uint32_t i = (uint32_t)__builtin_ctz(mask), j = (uint32_t)__builtin_ctz(more);
-        uint32_t a = child[i], b = child[j];
-        __m128 second = _mm_movehdup_ps(two);
-        int is_first = _mm_comile_ss(two, second);
-        _mm_store_ss(to_t, _mm_max_ss(two, second));
-        *to_child = is_first ? b : a;
-        return is_first ? a : b;
+        return lanes_two(_mm_cvtss_f32(two), _mm_cvtss_f32(_mm_movehdup_ps(two)),
+                         child[__builtin_ctz(mask)], child[__builtin_ctz(more)], to_t, to_child);
     }
-    uint32_t n = (uint32_t)__builtin_popcount(mask);
     if (n > 8) {
         float all[16] __attribute__((aligned(64)));
         lanes_store(all, t);
         return lanes_insert(all, mask, child, to_t, to_child);
     }
-    key = _mm512_ternarylogic_epi32(key, _mm512_set1_epi32(15), lane, 0xba); // key & ~15 | lane
+    // The four lowest bits of a distance give way to its lane's number: key & ~15 | lane.
+    __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    __m512i key = _mm512_castps_si512(t);
+    key = _mm512_ternarylogic_epi32(key, _mm512_set1_epi32(15), lane, 0xba);
     key = _mm512_maskz_compress_epi32((__mmask16)mask, key);
     __m256i k = float_order(_mm512_castsi512_si256(key));
     k = _mm256_mask_mov_epi32(_mm256_set1_epi32(INT32_MIN), (__mmask8)((1u << n) - 1), k);

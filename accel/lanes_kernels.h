@@ -24,6 +24,15 @@ static inline uint32_t lanes_insert(const float t[16], uint32_t mask, const uint
     return to_child[count - 1];
 }
 
+// Two lanes, as most often.
+static inline uint32_t lanes_two(float a, float b, uint32_t child_a, uint32_t child_b, float *to_t,
+                                 uint32_t *to_child) {
+    int is_a = a <= b;
+    *to_t = is_a ? b : a;
+    *to_child = is_a ? child_b : child_a;
+    return is_a ? child_a : child_b;
+}
+
 #if defined __AVX512F__
 #include "accel/lanes_avx512_kernels.h"
 #elif defined __AVX2__

@@ -150,12 +150,6 @@ SPECIALISED void test_spheres(Trace *tr, uint32_t index, bool is_moving) {
     }
 }
 
-SPECIALISED float largest_of(const float v[3]) {
-    float x = __builtin_fabsf(v[0]), y = __builtin_fabsf(v[1]), z = __builtin_fabsf(v[2]);
-    float larger = x > y ? x : y;
-    return z > larger ? z : larger;
-}
-
 SPECIALISED void begin_boxes(Trace *tr, const WideTree *tree, RayState *ray, Nearest *nearest) {
     tr->tree = tree;
     tr->ray = ray;
@@ -171,7 +165,11 @@ SPECIALISED void begin_boxes(Trace *tr, const WideTree *tree, RayState *ray, Nea
         tr->near_offset[a] = a * WIDE_LANES + back;
         tr->far_offset[a] = (3 + a) * WIDE_LANES - back;
     }
-    float reach = (tree->set->reach + largest_of(ray->o)) / largest_of(ray->d);
+    float x = __builtin_fabsf(tr->r[0]), y = __builtin_fabsf(tr->r[1]);
+    float z = __builtin_fabsf(tr->r[2]), least = x < y ? x : y;
+    least = z < least ? z : least; // of the direction's largest component
+    x = __builtin_fabsf(ray->o[0]), y = __builtin_fabsf(ray->o[1]), z = __builtin_fabsf(ray->o[2]);
+    float reach = (tree->set->reach + (x + y + z)) * least;
     tr->slack = 0x1p-18f * (reach < 1e37f ? reach : 1e37f);
     tr->far = nearest->t + tr->slack;
 }
