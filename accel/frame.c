@@ -2,6 +2,8 @@
 // An object's frame: the way from the scene's doubles to the kernels' floats.
 #include "accel/frame.h"
 
+#include <string.h>
+
 // Local units; origins within are used as they are.
 static const double FAR_ORIGIN = 4;
 // Exponents of the scale are kept so far from double's own limits that products cannot overflow.
@@ -15,7 +17,24 @@ static double power_below(double x) {
 }
 
 static double largest_of(Vec3 a) {
-    return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
+    double x = fabs(a.x), y = fabs(a.y), z = fabs(a.z), larger = x > y ? x : y;
+    return z > larger ? z : larger;
+}
+
+// As frexp() and ldexp() give them, for a number that is neither tiny nor huge: its power is *e,
+// and *factor is 2^-*e, so that what is multiplied by it comes out as from ldexp(). This is asked
+// for every ray and every object.
+static bool power_of(double x, int *e, double *factor) {
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    int power = (int)(bits >> 52 & 0x7ff) - 1022;
+    if (power < -EXPONENT_LIMIT || power > EXPONENT_LIMIT) {
+        return false;
+    }
+    *e = power;
+    bits = (uint64_t)(1023 - power) << 52;
+    memcpy(factor, &bits, sizeof *factor);
+    return true;
 }
 
 Frame frame_from_box(Vec3 lo, Vec3 hi) {
@@ -44,7 +63,8 @@ static double advance(Vec3 *o, Vec3 d) {
 
 static float to_distance(double t, FrameDistance distance) {
     double local = (t - distance.base) / distance.unit;
-    return (float)fmin(fmax(local, -1e37), 1e37);
+    local = local > -1e37 ? local : -1e37;
+    return (float)(local < 1e37 ? local : 1e37);
 }
 
 bool frame_ray(const Frame *frame, Vec3 origin, Vec3 dir, double tmin, double tmax, AccelRay *ray,
@@ -58,9 +78,16 @@ bool frame_ray(const Frame *frame, Vec3 origin, Vec3 dir, double tmin, double tm
     }
     // A power of two, so the direction keeps its bits and its largest component is in [0.5, 1).
     int e;
-    frexp(largest, &e);
-    Vec3 d = vec3(ldexp(dir.x, -e), ldexp(dir.y, -e), ldexp(dir.z, -e));
-    double unit = ldexp(1 / frame->scale, -e);
+    double factor, unit;
+    Vec3 d;
+    if (power_of(largest, &e, &factor)) {
+        d = vec3_scale(dir, factor);
+        unit = factor / frame->scale;
+    } else {
+        frexp(largest, &e);
+        d = vec3(ldexp(dir.x, -e), ldexp(dir.y, -e), ldexp(dir.z, -e));
+        unit = ldexp(1 / frame->scale, -e);
+    }
     double moved = largest_of(o) > FAR_ORIGIN ? advance(&o, d) : 0;
     *distance = (FrameDistance){moved * unit, unit};
     if (!isfinite(moved * unit) || !isfinite(unit) || !(unit > 0) || !vec3_is_finite(o)) {

@@ -141,16 +141,16 @@ Vec3 surface_center(const Body *body, const BodyView *at, uint32_t prim, double 
     return vec3_madd(l.p, -*radius, l.ng);
 }
 
-static Local local_plane(const Body *body, double seconds, double step, Vec3 on_ray) {
-    Local l = {.p = on_ray};
-    double offset = 0, before = 0, after = 0;
+static Local local_plane(const Body *body, const BodyView *at, double seconds, double step,
+                         Vec3 on_ray) {
+    Local l = {.ng = at->normal};
+    double before = 0, after = 0;
     Vec3 normal;
     if (program_reads_time(body->shape->geometry)) {
         plane_at(body, seconds - step, &normal, &before);
         plane_at(body, seconds + step, &normal, &after);
     }
-    plane_at(body, seconds, &l.ng, &offset);
-    l.p = vec3_madd(on_ray, offset - vec3_dot(on_ray, l.ng), l.ng);
+    l.p = vec3_madd(on_ray, at->offset - vec3_dot(on_ray, l.ng), l.ng);
     l.velocity = vec3_scale(l.ng, (after - before) / (2 * step));
     return l;
 }
@@ -264,7 +264,7 @@ static double handedness(const WorldView *view, const Body *body, const SurfaceP
 static Local local_of(const WorldView *view, const Body *body, const BodyView *at, Vec3 on_ray,
                       const WorldHit *hit, uint32_t prim) {
     if (!body->form) {
-        return local_plane(body, view->seconds, RATE_STEP / view->world->fps, on_ray);
+        return local_plane(body, at, view->seconds, RATE_STEP / view->world->fps, on_ray);
     }
     if (body->form->kind == GEOMETRY_SPHERES) {
         return local_sphere(body->form, at, prim, on_ray);

@@ -7,6 +7,7 @@
 #include "render/world_parts.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 // Slots of a view; bodies beyond them share slots and are worked out again.
 enum { MAX_SLOTS = 4096 };
@@ -92,6 +93,15 @@ static void look_up(WorldView *view, BodyView *slot, Instant *at) {
     }
 }
 
+bool plane_at(const Body *body, double seconds, Vec3 *normal, double *offset) {
+    double in[IN_COUNT], out[4];
+    shape_inputs(body->shape, body_loops(body), seconds, in);
+    program_run1(body->shape->geometry, in, out);
+    *normal = vec3_normalize(vec3(out[0], out[1], out[2]));
+    *offset = out[3];
+    return vec3_is_finite(*normal) && isfinite(*offset) && vec3_dot(*normal, *normal) > 0;
+}
+
 const BodyView *view_body(WorldView *view, uint32_t id) {
     BodyView *slot = &view->slots[id & view->mask];
     if (slot->stamp == view->stamp && slot->id == id) {
@@ -108,6 +118,8 @@ const BodyView *view_body(WorldView *view, uint32_t id) {
         body->shape && shape_is_selective(body->shape) ? unseen_by(body, view->seconds) : 0;
     if (body->form) {
         form_time(body->form, at, &slot->key, &slot->f);
+    } else if (!plane_at(body, view->seconds, &slot->normal, &slot->offset)) {
+        slot->normal = vec3(0, 0, 0);
     }
     return slot;
 }
@@ -121,6 +133,18 @@ typedef struct {
     bool is_hit;
     WorldHit hit;
 } Query;
+
+// The next float but one, of those that are not infinite.
+static float later(float x) {
+    int32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    // Numbers in the order of floats: -0 and 0 are one.
+    int32_t order = bits < 0 ? INT32_MIN - bits : bits;
+    order += 2;
+    bits = order < 0 ? INT32_MIN - order : order;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
 
 // The ray in the frame of a body's form; false: the body is absent or the ray is nothing.
 static bool enter(const Query *q, const BodyView *at, double tmax, AccelRay *ray,
@@ -140,7 +164,7 @@ static bool enter(const Query *q, const BodyView *at, double tmax, AccelRay *ray
         return false;
     }
     // A hit at tmax itself must not be lost to its rounding, whatever was met before.
-    ray->tmax = nextafterf(nextafterf(ray->tmax, INFINITY), INFINITY);
+    ray->tmax = later(ray->tmax);
     return true;
 }
 
@@ -228,32 +252,19 @@ static double visit(void *context, uint32_t thing, const BoxRay *ray, double tma
     return tmax;
 }
 
-bool plane_at(const Body *body, double seconds, Vec3 *normal, double *offset) {
-    double in[IN_COUNT], out[4];
-    shape_inputs(body->shape, body_loops(body), seconds, in);
-    program_run1(body->shape->geometry, in, out);
-    *normal = vec3_normalize(vec3(out[0], out[1], out[2]));
-    *offset = out[3];
-    return vec3_is_finite(*normal) && isfinite(*offset) && vec3_dot(*normal, *normal) > 0;
-}
-
 static void ask_plane(Query *q, uint32_t id, double tmax) {
     const Assembly *parts = &q->view->world->parts;
     uint32_t plane = assembly_n_solid(parts) + id;
     const BodyView *at = view_body(q->view, plane);
-    const Body *body = at->body;
-    Vec3 normal;
-    double offset;
     q->view->count.prim_tests++;
-    if (!at->place->is_present || (at->unseen >> q->kind & 1) ||
-        !plane_at(body, q->view->seconds, &normal, &offset)) {
+    if (!at->place->is_present || (at->unseen >> q->kind & 1)) {
         return;
     }
     Vec3 origin = placement_point_back(at->place, q->origin);
     Vec3 dir = affine_vector(&at->place->inverse, q->dir);
-    double t = (offset - vec3_dot(origin, normal)) / vec3_dot(dir, normal);
+    double t = (at->offset - vec3_dot(origin, at->normal)) / vec3_dot(dir, at->normal);
     if (t > q->tmin && t <= tmax && isfinite(t)) {
-        keep(q, (WorldHit){.t = t, .object = body->object, .body = plane});
+        keep(q, (WorldHit){.t = t, .object = at->body->object, .body = plane});
     }
 }
 

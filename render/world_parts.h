@@ -52,6 +52,9 @@ typedef struct {
     uint32_t key;
     float f;
     uint8_t unseen; // bit k: not met by rays of RayKind k
+    // Of a plane, in its own space; a normal of length 0 where there is none.
+    Vec3 normal;
+    double offset;
 } BodyView;
 
 struct WorldView {
