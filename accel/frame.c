@@ -5,7 +5,7 @@
 #include <string.h>
 
 // Local units; origins within are used as they are.
-static const double FAR_ORIGIN = 4;
+static const double FAR_ORIGIN = 4, NEAR_ENOUGH = 0x1p20;
 // Exponents of the scale are kept so far from double's own limits that products cannot overflow.
 enum { EXPONENT_LIMIT = 500 };
 
@@ -50,10 +50,11 @@ Frame frame_from_box(Vec3 lo, Vec3 hi) {
 }
 
 // Moves *o along d to where it is nearest to 0; the distance moved. The first step leaves an error
-// of 2^-53 of the distance along the ray, which a second and a third take away.
-static double advance(Vec3 *o, Vec3 d) {
+// of 2^-53 of the distance along the ray, which a second and a third take away: from near enough it
+// is nothing beside the rounding to float.
+static double advance(Vec3 *o, Vec3 d, double far) {
     double moved = 0, dd = vec3_dot(d, d);
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < (far > NEAR_ENOUGH ? 3 : 1); i++) {
         double step = -vec3_dot(*o, d) / dd;
         *o = vec3(fma(step, d.x, o->x), fma(step, d.y, o->y), fma(step, d.z, o->z));
         moved += step;
@@ -88,7 +89,7 @@ bool frame_ray(const Frame *frame, Vec3 origin, Vec3 dir, double tmin, double tm
         d = vec3(ldexp(dir.x, -e), ldexp(dir.y, -e), ldexp(dir.z, -e));
         unit = ldexp(1 / frame->scale, -e);
     }
-    double moved = largest_of(o) > FAR_ORIGIN ? advance(&o, d) : 0;
+    double far = largest_of(o), moved = far > FAR_ORIGIN ? advance(&o, d, far) : 0;
     *distance = (FrameDistance){moved * unit, unit};
     if (!isfinite(moved * unit) || !isfinite(unit) || !(unit > 0) || !vec3_is_finite(o)) {
         return false;
