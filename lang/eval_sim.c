@@ -221,17 +221,18 @@ static Value at_index(Eval *ev, const Value *each, Ref index) {
     return value_like(ev->arena, each, refs);
 }
 
-Value eval_sim_at(Eval *ev, const List *list, Ref index) {
-    Dag *dag = ev->dag;
-    double last = list->n - 1.0;
-    if (!eval_copies_within(ev, index, 0, last)) {
-        return value_poison();
-    }
-    // Between two members it is the one before; beyond the ends they are held.
+Ref sim_index(Dag *dag, Ref index, uint32_t n) {
     index = dag_op(dag, OP_FLOOR, index, REF_NONE, REF_NONE);
     index = op2(dag, OP_MAX, index, dag_const(dag, 0));
-    index = op2(dag, OP_MIN, index, dag_const(dag, last));
-    return at_index(ev, list->each, index);
+    return op2(dag, OP_MIN, index, dag_const(dag, n - 1.0));
+}
+
+Value eval_sim_at(Eval *ev, const List *list, Ref index) {
+    Dag *dag = ev->dag;
+    if (!eval_copies_within(ev, index, 0, list->n - 1.0)) {
+        return value_poison();
+    }
+    return at_index(ev, list->each, sim_index(dag, index, list->n));
 }
 
 static Value list_value(Eval *ev, uint32_t n, const Value *each, Ref alive) {
@@ -300,7 +301,6 @@ static Value member_within(Eval *ev, const Env *env, NodeId node, Sim *sim, SimV
     Value alive = value_scalar(VALUE_BOOL, op2(dag, OP_LT, dag_const(dag, 0.5), there));
     const Value *each = is_alive ? &alive : &variable->each;
     const List **list = is_alive ? &sim->alive_within : &variable->within;
-    sim->spec.is_coupled = true;
     if (!sim->has_count) {
         return at_index(ev, each, dag_const(dag, 0));
     }

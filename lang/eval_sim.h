@@ -87,6 +87,12 @@ Value eval_sim_near(Eval *ev, const Env *env, NodeId node, const Value *args);
 // A state of these scalars; what stands for a rotation becomes one.
 Value sim_state_value(Eval *ev, const SimVariable *variable, const Ref *scalars);
 
+// The number of a member by an index: between two it is the one before, beyond the ends the last.
+Ref sim_index(Dag *dag, Ref index, uint32_t n);
+
+// SIM_READS_ bits of what is computed within the block, of so many members.
+uint8_t sim_reads(Dag *dag, const Ref *refs, uint32_t n, uint32_t n_members);
+
 // What near() of a block came to.
 typedef struct SimNears SimNears;
 SimNears *sim_nears_new(Eval *ev, Sim *sim);
