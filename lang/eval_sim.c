@@ -399,35 +399,3 @@ Value eval_sim_member(Eval *ev, const Env *env, NodeId node, Sim *sim, const cha
     variable->outside = value_is(&value, VALUE_LIST) ? value.list : NULL;
     return value;
 }
-
-// ---- Members of transforms
-
-bool eval_transform_member(Eval *ev, const Value *transform, const char *member, Value *value) {
-    Dag *dag = ev->dag;
-    RefMap map = *transform->map, rate;
-    Ref3 at = ref3(map.m[0][3], map.m[1][3], map.m[2][3]);
-    if (strcmp(member, "pos") == 0) {
-        *value = value_from3(VALUE_VEC, at);
-        return true;
-    }
-    if (strcmp(member, "vel") != 0 && strcmp(member, "spin") != 0) {
-        return false;
-    }
-    for (int i = 0; i < 12; i++) {
-        rate.m[i / 4][i % 4] = dag_diff(dag, map.m[i / 4][i % 4], IN_T, 1e-4, NULL);
-    }
-    if (strcmp(member, "vel") == 0) {
-        *value = value_from3(VALUE_VEC, ref3(rate.m[0][3], rate.m[1][3], rate.m[2][3]));
-        return true;
-    }
-    // The rate of a rotation R is the cross product with the spin: R' R^T = [spin]x.
-    Ref3 row[3], change[3];
-    for (int i = 0; i < 3; i++) {
-        row[i] = ref3(map.m[i][0], map.m[i][1], map.m[i][2]);
-        change[i] = ref3(rate.m[i][0], rate.m[i][1], rate.m[i][2]);
-    }
-    *value = value_from3(VALUE_VEC, ref3(spatial_dot(dag, change[2], row[1]),
-                                         spatial_dot(dag, change[0], row[2]),
-                                         spatial_dot(dag, change[1], row[0])));
-    return true;
-}

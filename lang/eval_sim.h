@@ -26,10 +26,6 @@ Value eval_sim_member(Eval *ev, const Env *env, NodeId node, Sim *sim, const cha
 // The item of a list that has `each`, at an index that is not constant.
 Value eval_sim_at(Eval *ev, const List *list, Ref index);
 
-// pos, vel or spin of a transform: where it takes the origin, the rate of that per second, and the
-// angular velocity of its rotation (radians per second; it must not scale). False: no such member.
-bool eval_transform_member(Eval *ev, const Value *transform, const char *member, Value *value);
-
 // ---- Between the files lang/eval_sim*.c
 
 // What tells live tables apart: states count from 0, sums of near() from SIM_LIVE_SUMS.

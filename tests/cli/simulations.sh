@@ -68,7 +68,7 @@ test_sim_accuracy_is_as_the_manual_says() {
             n=$((n + 1))
         done
     done <<<"$out"
-    [ $n = 48 ] || fail "$n figures"
+    [ $n = 51 ] || fail "$n figures"
 }
 
 # Two balls of one weight swap their speeds: each gets the one that the other had before.
@@ -397,6 +397,11 @@ END
     at a.st4 '0..10 by 0.25' 'turns(Top.q[0], top(rotate(x, 30deg)))' \
         'turns(Top.q[1], top(rotate(x, 70deg)))'
     all_below 2e-7
+    # Their rates are their spin: that of what they are read as, and of what is made of them.
+    at a.st4 '0..9.9 by 0.26' 'Even.q.spin - pi/2*y' \
+        'Top.q[1].spin - L/2 - 1.5*dot(L, Top.q[1]*z)*(Top.q[1]*z)' 'd(Top.q[0]) - Top.q[0].spin' \
+        'd(top(rotate(x, 70deg))) - Top.q[1].spin' 'Free.q.spin - Free.q*Free.w'
+    all_below 2e-5
     at a.st4 '0..20 by 0.25' 'momentum - at(momentum, 0)'
     all_below 1e-6
     at a.st4 '[0, 0.5, 0.999, 1.001, 1.7, 2.001, 2.5]' \
@@ -545,6 +550,9 @@ test_sim_mistakes() {
     refused "$start count = 2  born = S.q[0]  q = 0  q' = S.q[1] }" 'born and dies can not read the members'
     refused "$start born = q  q = 0  q' = 1 }" "nothing is called 'q' here"
     refused "$start r = 0  q = S.r  q' = 1 }" 'start values, born and dies can not read the members'
+    refused "$start q = 0  q' = 1  r = 0  r' = d(q) }" "the rate of x is what stands behind x' ="
+    refused "$start q = 0  q' = 1  r = 0  r' = at(q, t - 1) }" 'known at one instant only'
+    refused "$start q = rotate(x, t*0deg)  q' = x  r = x  r' = q.spin }" 'known at one instant only'
 }
 
 # A simulation of a def's copy is its own; nothing that is not read is run.
