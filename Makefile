@@ -47,7 +47,7 @@ LDLIBS := -lOpenEXRCore-3_1 -lsleef -lz -lsundials_cvode -lsundials_nvecserial \
           -lsundials_sunnonlinsolfixedpoint -lsundials_sunlinsolspgmr -lm -ldl $(LDLIBS_$(config))
 
 # Files that are loaded when first needed, each a shared object of its own.
-ODE := render/sim_ode.c render/sim_ode_shape.c render/sim_ode_touch.c
+ODE := render/sim_ode.c render/sim_ode_shape.c render/sim_ode_spin.c render/sim_ode_touch.c
 ASSIMP := render/mesh_assimp.c render/mesh_keys.c render/mesh_motion.c render/mesh_skin.c
 PLUGINS := render/image_oiio.cpp $(ASSIMP) $(ODE)
 # Files named *_avx2.c and *_avx512.c are the only ones compiled for these instruction sets.

@@ -8,6 +8,7 @@
 
 #include "lang/color.h"
 #include "lang/eval_clip.h"
+#include "lang/eval_rate.h"
 #include "lang/eval_sim.h"
 #include "lang/functions.h"
 #include "lang/loader.h"
@@ -197,65 +198,12 @@ static Value run_rotate(const BuiltinCall *call) {
 
 // ---- Time
 
-static Value needs_motion(const BuiltinCall *call) {
-    return eval_error(call->ev, call->env, node_of(call, 0), NULL,
-                      "%s takes something made of numbers, this is %s",
-                      builtin_infos[call->id].name,
-                      value_describe(call->ev->arena, &call->args[0]));
-}
-
-// Step of the central differences where a motion is opaque: a compromise between what a double
-// loses and how fast things move.
-static const double difference_step = 1.0 / 65536;
-
-// What is derived from a motion or moved in time is as large as it: each in turn of the one before
-// would double without end, and nothing else is that large.
-static void count_growth(const BuiltinCall *call, size_t n_before) {
-    enum { LARGE = 1 << 16 };
-    size_t growth = dag_n_nodes(dag_of(call)) - n_before;
-    call->ev->steps += (growth > LARGE ? 128 : 8) * growth;
-}
-
 static Value run_rate(const BuiltinCall *call) {
-    const Value *e = &call->args[0];
-    Ref refs[12];
-    bool is_opaque = false;
-    size_t n_before = dag_n_nodes(dag_of(call));
-    if (!value_is_numeric(e) || value_is(e, VALUE_BOOL) || value_is(e, VALUE_ROTATION)) {
-        return needs_motion(call);
-    }
-    for (uint32_t i = 0; i < e->n; i++) {
-        // The film's clock runs as fast as the place's own.
-        Ref own = dag_diff(dag_of(call), value_refs(e)[i], IN_T, difference_step, &is_opaque);
-        Ref film = dag_diff(dag_of(call), value_refs(e)[i], IN_FILM_T, difference_step, &is_opaque);
-        refs[i] = dag_op(dag_of(call), OP_ADD, own, film, REF_NONE);
-    }
-    count_growth(call, n_before);
-    if (is_opaque) {
-        diag_warn(call->ev->diag, WARN_ESTIMATED_RATE,
-                  syntax_span(call->env->module->syntax, node_of(call, 0)), NULL,
-                  "noise and random numbers have no formula for their rate of change: it is "
-                  "estimated over %.2g s",
-                  2 * difference_step);
-    }
-    return value_like(call->ev->arena, e, refs);
+    return eval_rate(call->ev, call->env, node_of(call, 0), &call->args[0]);
 }
 
 static Value run_at(const BuiltinCall *call) {
-    const Value *e = &call->args[0];
-    size_t n_before = dag_n_nodes(dag_of(call));
-    static const Input clocks[2] = {IN_T, IN_FILM_T};
-    const Ref when[2] = {ref1(call, 1), ref1(call, 1)};
-    Ref refs[12];
-    watch_other_times(call->ev);
-    if (!value_is_numeric(e)) {
-        return needs_motion(call);
-    }
-    for (uint32_t i = 0; i < e->n; i++) {
-        refs[i] = dag_substitute_all(dag_of(call), value_refs(e)[i], clocks, when, 2);
-    }
-    count_growth(call, n_before);
-    return value_like(call->ev->arena, e, refs);
+    return eval_at(call->ev, call->env, node_of(call, 0), &call->args[0], ref1(call, 1));
 }
 
 static Value run_near(const BuiltinCall *call) {

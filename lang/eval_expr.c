@@ -10,6 +10,7 @@
 #include "lang/eval_clip.h"
 #include "lang/eval_keys.h"
 #include "lang/eval_run.h"
+#include "lang/eval_rate.h"
 #include "lang/eval_sim.h"
 #include "lang/lower.h"
 #include "lang/watch.h"
@@ -327,15 +328,17 @@ static Value eval_member(Eval *ev, const Env *env, NodeId id, const Node *node) 
     if (value_is_poison(&value)) {
         return value;
     }
-    if (value_is(&value, VALUE_TRANSFORM) && eval_transform_member(ev, &value, member, &value)) {
+    if (eval_motion_member(ev, env, node->a, &value, member, &value)) {
         return value;
     }
     int i = component_index(&value, member);
     if (i < 0) {
         return eval_error(ev, env, id,
-                          value.n >= 2 && value.n <= 4 ? "components are .x .y .z .w, or .r .g .b"
+                          value_is(&value, VALUE_ROTATION)
+                              ? "a rotation has .spin, and the components .x .y .z .w"
+                          : value.n >= 2 && value.n <= 4 ? "components are .x .y .z .w, or .r .g .b"
                           : value_is(&value, VALUE_TRANSFORM)
-                              ? "a transform has .pos, .vel and .spin"
+                              ? "a transform has .pos, .vel, .turn and .spin"
                               : NULL,
                           "%s has no member '%s'", value_describe(ev->arena, &value), member);
     }

@@ -221,17 +221,18 @@ static Value at_index(Eval *ev, const Value *each, Ref index) {
     return value_like(ev->arena, each, refs);
 }
 
-Value eval_sim_at(Eval *ev, const List *list, Ref index) {
-    Dag *dag = ev->dag;
-    double last = list->n - 1.0;
-    if (!eval_copies_within(ev, index, 0, last)) {
-        return value_poison();
-    }
-    // Between two members it is the one before; beyond the ends they are held.
+Ref sim_index(Dag *dag, Ref index, uint32_t n) {
     index = dag_op(dag, OP_FLOOR, index, REF_NONE, REF_NONE);
     index = op2(dag, OP_MAX, index, dag_const(dag, 0));
-    index = op2(dag, OP_MIN, index, dag_const(dag, last));
-    return at_index(ev, list->each, index);
+    return op2(dag, OP_MIN, index, dag_const(dag, n - 1.0));
+}
+
+Value eval_sim_at(Eval *ev, const List *list, Ref index) {
+    Dag *dag = ev->dag;
+    if (!eval_copies_within(ev, index, 0, list->n - 1.0)) {
+        return value_poison();
+    }
+    return at_index(ev, list->each, sim_index(dag, index, list->n));
 }
 
 static Value list_value(Eval *ev, uint32_t n, const Value *each, Ref alive) {
@@ -300,7 +301,6 @@ static Value member_within(Eval *ev, const Env *env, NodeId node, Sim *sim, SimV
     Value alive = value_scalar(VALUE_BOOL, op2(dag, OP_LT, dag_const(dag, 0.5), there));
     const Value *each = is_alive ? &alive : &variable->each;
     const List **list = is_alive ? &sim->alive_within : &variable->within;
-    sim->spec.is_coupled = true;
     if (!sim->has_count) {
         return at_index(ev, each, dag_const(dag, 0));
     }
@@ -398,36 +398,4 @@ Value eval_sim_member(Eval *ev, const Env *env, NodeId node, Sim *sim, const cha
     Value value = member_value(ev, sim, &each);
     variable->outside = value_is(&value, VALUE_LIST) ? value.list : NULL;
     return value;
-}
-
-// ---- Members of transforms
-
-bool eval_transform_member(Eval *ev, const Value *transform, const char *member, Value *value) {
-    Dag *dag = ev->dag;
-    RefMap map = *transform->map, rate;
-    Ref3 at = ref3(map.m[0][3], map.m[1][3], map.m[2][3]);
-    if (strcmp(member, "pos") == 0) {
-        *value = value_from3(VALUE_VEC, at);
-        return true;
-    }
-    if (strcmp(member, "vel") != 0 && strcmp(member, "spin") != 0) {
-        return false;
-    }
-    for (int i = 0; i < 12; i++) {
-        rate.m[i / 4][i % 4] = dag_diff(dag, map.m[i / 4][i % 4], IN_T, 1e-4, NULL);
-    }
-    if (strcmp(member, "vel") == 0) {
-        *value = value_from3(VALUE_VEC, ref3(rate.m[0][3], rate.m[1][3], rate.m[2][3]));
-        return true;
-    }
-    // The rate of a rotation R is the cross product with the spin: R' R^T = [spin]x.
-    Ref3 row[3], change[3];
-    for (int i = 0; i < 3; i++) {
-        row[i] = ref3(map.m[i][0], map.m[i][1], map.m[i][2]);
-        change[i] = ref3(rate.m[i][0], rate.m[i][1], rate.m[i][2]);
-    }
-    *value = value_from3(VALUE_VEC, ref3(spatial_dot(dag, change[2], row[1]),
-                                         spatial_dot(dag, change[0], row[2]),
-                                         spatial_dot(dag, change[1], row[0])));
-    return true;
 }

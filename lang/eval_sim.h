@@ -26,10 +26,6 @@ Value eval_sim_member(Eval *ev, const Env *env, NodeId node, Sim *sim, const cha
 // The item of a list that has `each`, at an index that is not constant.
 Value eval_sim_at(Eval *ev, const List *list, Ref index);
 
-// pos, vel or spin of a transform: where it takes the origin, the rate of that per second, and the
-// angular velocity of its rotation (radians per second; it must not scale). False: no such member.
-bool eval_transform_member(Eval *ev, const Value *transform, const char *member, Value *value);
-
 // ---- Between the files lang/eval_sim*.c
 
 // What tells live tables apart: states count from 0, sums of near() from SIM_LIVE_SUMS.
@@ -86,6 +82,12 @@ Value eval_sim_near(Eval *ev, const Env *env, NodeId node, const Value *args);
 
 // A state of these scalars; what stands for a rotation becomes one.
 Value sim_state_value(Eval *ev, const SimVariable *variable, const Ref *scalars);
+
+// The number of a member by an index: between two it is the one before, beyond the ends the last.
+Ref sim_index(Dag *dag, Ref index, uint32_t n);
+
+// SIM_READS_ bits of what is computed within the block, of so many members.
+uint8_t sim_reads(Dag *dag, const Ref *refs, uint32_t n, uint32_t n_members);
 
 // What near() of a block came to.
 typedef struct SimNears SimNears;

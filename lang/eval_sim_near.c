@@ -48,15 +48,32 @@ static const SimVariable *places_of(const Sim *sim, const Value *list) {
     return NULL;
 }
 
-static bool reads_sums(const Dag *dag, const Ref *refs, uint32_t n) {
+// pair: f(j) of near(), which may read the other member too.
+static uint8_t reads_of(Dag *dag, const Ref *refs, uint32_t n, uint32_t n_members, bool is_pair) {
+    const Ref own = dag_input(dag, IN_I);
+    const Ref other = is_pair ? dag_input(dag, SIM_NEAR_OTHER) : own;
+    const Ref known[] = {own, other, sim_index(dag, own, n_members),
+                         sim_index(dag, other, n_members)};
+    uint8_t reads = 0;
     dag_walk(dag, refs, n, 0);
     for (uint32_t i = 0; i < dag->walk->n_order; i++) {
         const DagNode *node = &dag->nodes[dag->walk->order[i]];
-        if (node->op == OP_TABLE && dag->tables[node->b].live > SIM_LIVE_SUMS) {
-            return true;
+        uint32_t live = node->op == OP_TABLE ? dag->tables[node->b].live : 0;
+        bool is_known = false;
+        for (int k = 0; k < 4; k++) {
+            is_known = is_known || node->a == known[k];
+        }
+        if (live > SIM_LIVE_SUMS) {
+            reads |= SIM_READS_SUMS;
+        } else if (live && !is_known) {
+            reads |= SIM_READS_OTHERS;
         }
     }
-    return false;
+    return reads;
+}
+
+uint8_t sim_reads(Dag *dag, const Ref *refs, uint32_t n, uint32_t n_members) {
+    return reads_of(dag, refs, n, n_members, false);
 }
 
 // What f comes to for a pair; poison: reported, or asked for.
@@ -82,7 +99,7 @@ static Value pair_value(Eval *ev, const Env *env, NodeId node, const Value *f) {
         return eval_error(ev, env, node, NULL, "what near adds up can not depend on %s",
                           eval_input_name(read & ~(uint32_t)PAIR_INPUTS));
     }
-    if (reads_sums(ev->dag, value.ref, value.n)) {
+    if (sim_reads(ev->dag, value.ref, value.n, 1) & SIM_READS_SUMS) {
         return eval_error(ev, env, node, "keep it as a state",
                           "what near adds up can not depend on another near");
     }
@@ -179,6 +196,10 @@ void sim_nears_finish(Eval *ev, SimNears *nears) {
                         .sum = around->rows};
         for (uint32_t k = 0; k < near.n_axes; k++) {
             near.axis[k] = spec->live + (size_t)(around->places->first + k) * spec->n_members;
+        }
+        uint8_t reads = reads_of(ev->dag, around->terms, around->n, spec->n_members, true);
+        for (int k = 0; k < SIM_READERS; k++) {
+            spec->reads[k] |= spec->reads[k] & SIM_READS_SUMS ? reads : 0;
         }
         near.terms = dag_compile(ev->dag, ev->arena, around->terms, around->n);
         hash_add(&nears->sim->key, about, sizeof about);

@@ -536,6 +536,12 @@ static void compile_all(Block *b, const Ref *rates) {
     spec->rates = compile(b, rates, spec->n_states);
     spec->conditions = b->n_whens ? compile(b, b->conditions, b->n_whens) : NULL;
     spec->assigned = b->n_assigned ? compile(b, b->assigned, b->n_assigned) : NULL;
+    Dag *dag = b->ev->dag;
+    spec->reads[SIM_RATES] = sim_reads(dag, rates, spec->n_states, spec->n_members);
+    spec->reads[SIM_CONDITIONS] = sim_reads(dag, b->conditions, b->n_whens, spec->n_members);
+    spec->reads[SIM_ASSIGNED] = sim_reads(dag, b->assigned, b->n_assigned, spec->n_members);
+    spec->is_coupled =
+        spec->reads[SIM_RATES] || spec->reads[SIM_CONDITIONS] || spec->reads[SIM_ASSIGNED];
     spec->assigned_when = copied(b, b->assigned_when, b->n_assigned);
     spec->assigned_state = copied(b, b->assigned_state, b->n_assigned);
     const double numbers[] = {spec->low,      spec->high,       spec->tolerance,

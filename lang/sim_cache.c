@@ -11,7 +11,7 @@
 
 #include "render/outfile.h"
 
-enum { VERSION = 1, MESSAGE = 256 };
+enum { VERSION = 2, MESSAGE = 256 }; // VERSION: of the file, and of how it is computed
 
 // What a file begins with. n_values numbers follow: born, dies, birth and end of the members, keys
 // of arcs, key, start and rate of pieces, coefficients.

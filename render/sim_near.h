@@ -22,13 +22,29 @@ typedef struct {
     double *const *sum; // [n_terms][n_members]: what comes of it
 } SimNear;
 
+// Some of the members, different ones; who NULL: all of them.
+typedef struct {
+    const uint32_t *who;
+    uint32_t n;
+} SimMembers;
+
+static inline uint32_t sim_member(SimMembers members, uint32_t i) {
+    return members.who ? members.who[i] : i;
+}
+
 typedef struct SimNearGrid SimNearGrid;
 
 // For n_nears neighborhoods of one simulation. NULL: no memory.
 SimNearGrid *sim_near_new(const SimNear *nears, uint32_t n_nears);
 void sim_near_free(SimNearGrid *grid); // NULL: nothing
 
-// Fills in all sums at the time t. Members that are nowhere (not finite) are near to none.
-void sim_near_run(SimNearGrid *grid, double t);
+// Fills in the sums of members at the time t, over `among`, of which they are. Members that are
+// nowhere (not finite) are near to none.
+void sim_near_run(SimNearGrid *grid, double t, SimMembers members, SimMembers among);
+
+// For the first neighborhood alone: the grid of all members as they are now, and the numbers of
+// those that are near to a member. Returns how many, out having room for all.
+void sim_near_sort(SimNearGrid *grid);
+uint32_t sim_near_list(const SimNearGrid *grid, uint32_t member, uint32_t *out);
 
 #endif

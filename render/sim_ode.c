@@ -95,7 +95,7 @@ static void start_body(const OdeRun *run, OdeBody *body) {
     dMass mass;
     dVector3 arm;
     set_pose(body, about->at, about->turn);
-    dBodySetAngularVel(body->id, about->spin[0], about->spin[1], about->spin[2]);
+    sim_ode_start_spin(body, run->sim->step, about->spin);
     dBodyVectorToWorld(body->id, body->center[0], body->center[1], body->center[2], arm);
     const double *w = about->spin;
     const double around[3] = {w[1] * arm[2] - w[2] * arm[1], w[2] * arm[0] - w[0] * arm[2],
@@ -140,6 +140,7 @@ static bool make_body(OdeRun *run, OdeBody *body, const RigidBody *about) {
             dMassAdjust(&mass, about->mass);
         }
         dBodySetMass(body->id, &mass);
+        sim_ode_keep_inertia(body);
     }
     for (uint32_t i = 0; i < about->n_shapes; i++) {
         dGeomID geom = sim_ode_geom(run->space, &shapes[i]);
@@ -273,6 +274,9 @@ static bool do_step(OdeRun *run, double t) {
                 return refuse(run, body->member, t, "its force is not a finite number");
             }
             dBodyAddForce(body->id, force[0], force[1], force[2]);
+        }
+        if (!body->about->is_fixed) {
+            sim_ode_spin(body, sim->step);
         }
         body->touches = false;
     }

@@ -4,7 +4,8 @@
 //
 // Steps are of one length, on one thread, with the order of constraints drawn from the seed. ODE
 // moves a body by its velocity after each step's forces; taken as the velocity in the middle of the
-// step, and started half a step early, that is of second order, and exact in free fall.
+// step, and started half a step early, that is of second order, and exact in free fall. So is the
+// turning of what is free (render/sim_ode_spin.c).
 //
 // What hardly moves for half a second sleeps: render/sim_ode_touch.c says until when.
 //

@@ -2,36 +2,12 @@
 // Simulations by equations: members over time, their events, all of them together.
 #include "render/sim_state.h"
 
-#include <float.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "render/sim_crowd.h"
 #include "render/sim_system.h"
-
-// What one member's or all members' run came to.
-typedef struct {
-    bool is_resting;
-    double rest_time;
-} Rest;
-
-typedef struct {
-    const SimState *sim;
-    SimCourse *courses; // [n_members]
-    double *birth, *end, *born, *dies;
-    double *stops; // [n_stops] where a coupled system stops, in order, high the last of them
-    uint32_t n_stops;
-    Rest *rests;
-    SimFailure *failure;
-    bool is_failed;
-} Run;
-
-// The instants of a member's latest events, in a ring.
-typedef struct {
-    double at[SIM_STATE_EVENTS];
-    uint32_t n;
-} Events;
 
 // Of a system that is being followed.
 typedef struct {
@@ -81,42 +57,45 @@ static bool add_step(Run *run, SimSystem *system, State *state, double from, dou
            add_step(run, system, state, middle, to, depth + 1);
 }
 
-static void add_still(Run *run, SimSystem *system, uint32_t j, double from, double to) {
-    SimCourse *course = &run->courses[system->first + j];
+void sim_run_add_still(Run *run, uint32_t member, const double *y, size_t stride, double from,
+                       double to) {
+    SimCourse *course = &run->courses[member];
     double *c = to > from ? sim_course_add(course, (SimPiece){from, to, true}, NULL) : NULL;
     for (uint32_t k = 0; c && k < run->sim->n_states; k++) {
-        c[(size_t)k * SIM_COEFFICIENTS] = system->y[k * system->n + j];
+        c[(size_t)k * SIM_COEFFICIENTS] = y[k * stride];
     }
+}
+
+static void add_still(Run *run, SimSystem *system, uint32_t j, double from, double to) {
+    sim_run_add_still(run, system->first + j, system->y + j, system->n, from, to);
+}
+
+uint32_t sim_run_end_arc(Run *run, uint32_t member, uint32_t first) {
+    sim_course_merge(&run->courses[member], first, 0.5 * run->sim->tolerance);
+    return run->courses[member].n;
 }
 
 // The arc of member j has ended.
 static void end_arc(Run *run, SimSystem *system, State *state, uint32_t j) {
-    SimCourse *course = &run->courses[system->first + j];
-    sim_course_merge(course, state->first[j], 0.5 * run->sim->tolerance);
-    state->first[j] = course->n;
+    state->first[j] = sim_run_end_arc(run, system->first + j, state->first[j]);
     state->begins[j] = 1;
 }
 
 // ---- Events
 
-static bool is_too_many(const Run *run, Events *events, double t) {
-    double window = fmin(1e-3, 1e-4 * (run->sim->high - run->sim->low));
-    double *oldest = &events->at[events->n % SIM_STATE_EVENTS];
-    bool is = events->n >= SIM_STATE_EVENTS && t - *oldest < window;
-    *oldest = t;
-    events->n++;
-    return is;
-}
-
-static bool fail(Run *run, const SimSystem *system, double t, const char *message) {
+bool sim_run_fail(Run *run, uint32_t member, double t, const char *message) {
 #pragma omp critical(sim_state_failure)
-    if (!run->is_failed || system->first < run->failure->member) { // the same one on any machine
+    if (!run->is_failed || member < run->failure->member) {
         run->is_failed = true;
-        run->failure->member = system->first + system->bad_member;
+        run->failure->member = member;
         run->failure->time = t;
         snprintf(run->failure->message, sizeof run->failure->message, "%s", message);
     }
     return false;
+}
+
+static bool fail(Run *run, const SimSystem *system, double t, const char *message) {
+    return sim_run_fail(run, system->first + system->bad_member, t, message);
 }
 
 // Members to whom something happens at t begin a new arc; one of too many events rests.
@@ -132,7 +111,7 @@ static void interrupt(Run *run, SimSystem *system, State *state, double t) {
         if (!state->begins[j]) {
             end_arc(run, system, state, j);
         }
-        if (is_too_many(run, &state->events[j], t)) {
+        if (events_are_too_many(run->sim, &state->events[j], t)) {
             state->is_resting[j] = 1;
             state->n_moving--;
             run->rests[system->first + j] = (Rest){true, t};
@@ -170,7 +149,6 @@ static double least_span(const SimState *sim) {
 
 // Up to the time `to`, which *t becomes.
 static bool follow(Run *run, SimSystem *system, State *state, double *t, double to) {
-    enum { MOST_TINY = 20000 }; // steps of less than a billionth of the span
     double span = run->sim->high - run->sim->low;
     sim_system_restart(system, *t, to, INFINITY);
     while (to - *t > least_span(run->sim) && state->n_moving) {
@@ -180,14 +158,11 @@ static bool follow(Run *run, SimSystem *system, State *state, double *t, double 
             return fail(run, system, *t, system->message);
         }
         state->n_tiny += *t - before < 1e-9 * span && step == SIM_STEP_ON;
-        if (state->n_tiny > MOST_TINY) {
-            return fail(run, system, *t,
-                        "its equations grow without bound, or change too fast to be followed");
+        if (state->n_tiny > SIM_MOST_TINY) {
+            return fail(run, system, *t, SIM_TOO_TINY);
         }
         if (++state->n_steps > SIM_STATE_STEPS) {
-            return fail(run, system, *t,
-                        "it takes more than four million steps: a larger tolerance, or "
-                        "stiff = true, may help");
+            return fail(run, system, *t, SIM_TOO_MANY_STEPS);
         }
         if (*t > before && !add_step(run, system, state, before, *t, 0)) {
             return fail(run, system, *t, "its course cannot be followed");
@@ -309,10 +284,6 @@ static bool run_system(Run *run, SimSystem *system) {
     const SimState *sim = run->sim;
     double from = sim->is_coupled ? sim->low : run->birth[system->first];
     double to = sim->is_coupled ? sim->high : run->end[system->first];
-    for (uint32_t j = 0; j < system->n; j++) {
-        run->courses[system->first + j] =
-            (SimCourse){.n_columns = sim->n_states, .n_coefficients = SIM_COEFFICIENTS};
-    }
     if (!sim_system_start(system)) {
         return fail(run, system, from, system->message);
     }
@@ -352,7 +323,12 @@ static bool run_system(Run *run, SimSystem *system) {
     return is_fine;
 }
 
-static bool run_all(Run *run, SimProgress *progress, void *context) {
+// Members that read each other, to whom something happens, are moved by Runge-Kutta.
+static bool is_crowd(const SimState *sim) {
+    return sim->is_coupled && !sim->is_stiff;
+}
+
+static bool run_systems(Run *run) {
     const SimState *sim = run->sim;
     uint32_t n_systems = sim->is_coupled ? 1 : sim->n_members, n_done = 0;
 #pragma omp parallel if (n_systems > 1)
@@ -371,8 +347,8 @@ static bool run_all(Run *run, SimProgress *progress, void *context) {
                 run_system(run, system);
             }
 #pragma omp critical(sim_state_progress)
-            if (progress) {
-                progress(context, (double)++n_done / n_systems);
+            if (run->progress) {
+                run->progress(run->context, (double)++n_done / n_systems);
             }
         }
         sim_system_free(system);
@@ -487,17 +463,23 @@ static bool join(Arena *arena, Run *run, SimTracks *tracks) {
 bool sim_state_run(Arena *arena, const SimState *sim, SimProgress *progress, void *context,
                    SimTracks *tracks, SimFailure *failure) {
     uint32_t n = sim->n_members;
-    Run run = {.sim = sim, .failure = failure};
+    Run run = {.sim = sim, .progress = progress, .context = context, .failure = failure};
     run.courses = calloc(n, sizeof *run.courses);
     run.rests = calloc(n, sizeof *run.rests);
     run.birth = ARENA_ARRAY(arena, n, double);
     run.end = ARENA_ARRAY(arena, n, double);
     run.born = ARENA_ARRAY(arena, n, double);
     run.dies = ARENA_ARRAY(arena, n, double);
-    *failure = (SimFailure){0, sim->low, "there is no memory for it"};
-    bool is_fine = run.courses && run.rests && find_lives(&run) &&
-                   (!sim->is_coupled || stop_at_lives(&run)) && run_all(&run, progress, context) &&
-                   join(arena, &run, tracks);
+    for (uint32_t m = 0; run.courses && m < n; m++) {
+        run.courses[m] =
+            (SimCourse){.n_columns = sim->n_states, .n_coefficients = SIM_COEFFICIENTS};
+    }
+    *failure = (SimFailure){0, sim->low, SIM_NO_MEMORY};
+    bool is_fine =
+        run.courses && run.rests && find_lives(&run) &&
+        (is_crowd(sim) ? sim_crowd_run(&run)
+                       : (!sim->is_coupled || stop_at_lives(&run)) && run_systems(&run)) &&
+        join(arena, &run, tracks);
     for (uint32_t m = 0; run.courses && m < n; m++) {
         sim_course_free(&run.courses[m]);
     }

@@ -3,7 +3,6 @@
 #include "render/sim_system.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,26 +12,24 @@
 #include <sunlinsol/sunlinsol_spgmr.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
+#include "render/sim_equations.h"
+#include "render/sim_state_parts.h"
+
 struct SimSolver {
     SUNContext context;
     N_Vector y, other; // other: where the solution is asked for
     void *cvode;
     SUNNonlinearSolver iteration;
     SUNLinearSolver linear;
-    double *member;     // [n] IN_I
+    SimEquations *equations;
+    SimMembers members; // of the system
+    uint32_t alone;     // the one, where they are not all
     uint8_t *is_still;  // [n]
-    double **out;       // room for pointers to outputs
     double *fits;       // [n_states * n][SIM_COEFFICIENTS]
-    double *assigned;   // [n_assigned]
     double from, to;    // of the fits
     double *last, *now; // [n_whens][n]: conditions at the end of the last step, and later
     double end;         // where it stops
-    SimNearGrid *near;  // NULL: no sums over what is near
 };
-
-static const char *const no_longer = "its equations cannot be integrated any further: they grow "
-                                     "without bound, or change too fast";
-static const char *const not_finite = "its rates are not finite numbers";
 
 const char *sim_state_library(void) {
     return "SUNDIALS CVODE " SUNDIALS_VERSION;
@@ -40,38 +37,17 @@ const char *sim_state_library(void) {
 
 // ---- What CVODE asks for
 
-// What the programs read: the states, and what follows from them.
-static void set_live(SimSystem *s, double t, const double *y) {
+static void set_live(SimSystem *s, const double *y) {
     for (uint32_t k = 0; k < s->sim->n_states; k++) {
         memcpy(s->sim->live + (size_t)k * s->sim->n_members + s->first, y + (size_t)k * s->n,
                s->n * sizeof *y);
     }
-    if (s->solver->near) {
-        sim_near_run(s->solver->near, t);
-    }
-}
-
-// out[i][0..n)
-static void run(SimSystem *s, const Program *program, double t, double *out) {
-    uint32_t n_out = program_n_out(program);
-    if (s->n == 1) {
-        const double in[IN_COUNT] = {[IN_T] = t, [IN_FILM_T] = t, [IN_I] = s->first};
-        program_run1(program, in, out);
-        return;
-    }
-    ProgramInputs in = {.varying = 1u << IN_I};
-    in.at[IN_T] = in.at[IN_FILM_T] = &t;
-    in.at[IN_I] = s->solver->member;
-    for (uint32_t i = 0; i < n_out; i++) {
-        s->solver->out[i] = out + (size_t)i * s->n;
-    }
-    program_run(program, &in, s->n, s->solver->out);
 }
 
 static void find_rates(SimSystem *s, double t, const double *y, double *out) {
     size_t n = (size_t)s->sim->n_states * s->n;
-    set_live(s, t, y);
-    run(s, s->sim->rates, t, out);
+    set_live(s, y);
+    sim_equations_rates(s->solver->equations, t, s->solver->members, s->solver->members, out);
     for (size_t i = 0; i < n; i++) {
         out[i] = s->solver->is_still[i % s->n] ? 0 : out[i];
     }
@@ -82,13 +58,11 @@ static int give_rates(sunrealtype t, N_Vector y, N_Vector rates, void *data) {
     double *out = N_VGetArrayPointer(rates);
     size_t n = (size_t)s->sim->n_states * s->n;
     find_rates(s, t, N_VGetArrayPointer(y), out);
-    for (size_t i = 0; i < n; i++) {
-        if (!isfinite(out[i])) {
-            s->bad_member = (uint32_t)(i % s->n);
-            return 1; // a shorter step may help
-        }
+    size_t bad = sim_first_infinite(out, n);
+    if (bad < n) {
+        s->bad_member = (uint32_t)(bad % s->n);
     }
-    return 0;
+    return bad < n; // a shorter step may help
 }
 
 // [n_whens][n] of the state y at t.
@@ -96,10 +70,10 @@ static void find_conditions(SimSystem *s, double t, const double *y, double *out
     if (!s->sim->n_whens) {
         return;
     }
-    set_live(s, t, y);
-    run(s, s->sim->conditions, t, out);
+    set_live(s, y);
+    sim_equations_conditions(s->solver->equations, t, s->solver->members, s->solver->members, out);
     for (size_t i = 0; i < (size_t)s->sim->n_whens * s->n; i++) {
-        out[i] = s->solver->is_still[i % s->n] || isnan(out[i]) ? 1 : out[i];
+        out[i] = s->solver->is_still[i % s->n] ? 1 : out[i];
     }
 }
 
@@ -133,7 +107,6 @@ SimSystem *sim_system_new(const SimState *sim, uint32_t n) {
     SimSystem *s = calloc(1, sizeof *s);
     struct SimSolver *v = calloc(1, sizeof *v);
     size_t size = (size_t)sim->n_states * n;
-    size_t n_out = (size_t)sim->n_states + sim->n_whens + sim->n_assigned;
     if (!s || !v || size > INT32_MAX) {
         free(s);
         free(v);
@@ -141,19 +114,14 @@ SimSystem *sim_system_new(const SimState *sim, uint32_t n) {
     }
     *s = (SimSystem){.sim = sim, .n = n, .solver = v};
     s->roots = calloc((size_t)sim->n_whens * n + 1, sizeof *s->roots);
-    v->member = calloc(n, sizeof *v->member);
+    v->equations = sim_equations_new(sim);
+    v->members = (SimMembers){n == 1 ? &v->alone : NULL, n};
     v->is_still = calloc(n, 1);
-    v->out = calloc(n_out, sizeof *v->out);
     v->fits = calloc(size * SIM_COEFFICIENTS, sizeof *v->fits);
     v->last = calloc((size_t)sim->n_whens * n + 1, sizeof *v->last);
     v->now = calloc((size_t)sim->n_whens * n + 1, sizeof *v->now);
-    v->assigned = calloc((size_t)sim->n_assigned + 1, sizeof *v->assigned);
-    bool is_fine = s->roots && v->member && v->is_still && v->out && v->fits && v->assigned &&
-                   v->last && v->now && SUNContext_Create(NULL, &v->context) == 0;
-    if (is_fine && sim->n_nears) {
-        v->near = sim_near_new(sim->nears, sim->n_nears);
-        is_fine = v->near != NULL;
-    }
+    bool is_fine = s->roots && v->equations && v->is_still && v->fits && v->last && v->now &&
+                   SUNContext_Create(NULL, &v->context) == 0;
     v->y = is_fine ? N_VNew_Serial((sunindextype)size, v->context) : NULL;
     v->other = is_fine ? N_VNew_Serial((sunindextype)size, v->context) : NULL;
     if (!v->y || !v->other || !set_up(s)) {
@@ -161,9 +129,6 @@ SimSystem *sim_system_new(const SimState *sim, uint32_t n) {
         return NULL;
     }
     s->y = N_VGetArrayPointer(v->y);
-    for (uint32_t j = 0; j < n; j++) {
-        v->member[j] = j;
-    }
     return s;
 }
 
@@ -186,12 +151,9 @@ void sim_system_free(SimSystem *s) {
         N_VDestroy(v->other);
     }
     SUNContext_Free(&v->context);
-    sim_near_free(v->near);
-    free(v->member);
+    sim_equations_free(v->equations);
     free(v->is_still);
-    free(v->out);
     free(v->fits);
-    free(v->assigned);
     free(v->last);
     free(v->now);
     free(v);
@@ -201,19 +163,15 @@ void sim_system_free(SimSystem *s) {
 
 bool sim_system_start(SimSystem *s) {
     size_t n = (size_t)s->sim->n_states * s->n;
-    s->bad_member = 0;
     for (uint32_t j = 0; j < s->n; j++) {
         sim_system_be_there(s, j, true);
     }
-    run(s, s->sim->start, 0, s->y);
-    for (size_t i = 0; i < n; i++) {
-        if (!isfinite(s->y[i])) {
-            s->bad_member = (uint32_t)(i % s->n);
-            s->message = "its start values are not finite numbers";
-            return false;
-        }
-    }
-    return true;
+    s->solver->alone = s->first;
+    sim_equations_start(s->solver->equations, s->solver->members, s->y);
+    size_t bad = sim_first_infinite(s->y, n);
+    s->bad_member = bad < n ? (uint32_t)(bad % s->n) : 0;
+    s->message = SIM_NO_START;
+    return bad == n;
 }
 
 // ---- Steps
@@ -288,10 +246,10 @@ SimStep sim_system_step(SimSystem *s, double *t) {
     case CV_FIRST_RHSFUNC_ERR:
     case CV_REPTD_RHSFUNC_ERR:
     case CV_UNREC_RHSFUNC_ERR:
-        s->message = not_finite;
+        s->message = SIM_NOT_FINITE;
         return SIM_STEP_FAILED;
     default:
-        s->message = no_longer;
+        s->message = SIM_NO_LONGER;
         return SIM_STEP_FAILED;
     }
 }
@@ -359,22 +317,9 @@ void sim_system_conditions(SimSystem *s, double t, double *out) {
 }
 
 void sim_system_assign(SimSystem *s, double t, const uint8_t *fires) {
-    const SimState *sim = s->sim;
-    set_live(s, t, s->y); // of all members, before
-    for (uint32_t j = 0; j < s->n; j++) {
-        const double in[IN_COUNT] = {[IN_T] = t, [IN_FILM_T] = t, [IN_I] = s->first + j};
-        bool is_run = false;
-        for (uint32_t i = 0; i < sim->n_assigned; i++) {
-            if (!fires[(size_t)sim->assigned_when[i] * s->n + j]) {
-                continue;
-            }
-            if (!is_run) {
-                program_run1(sim->assigned, in, s->solver->assigned);
-                is_run = true;
-            }
-            s->y[(size_t)sim->assigned_state[i] * s->n + j] = s->solver->assigned[i];
-        }
-    }
+    set_live(s, s->y);
+    sim_equations_assign(s->solver->equations, t, s->solver->members, s->solver->members, fires,
+                         s->y);
 }
 
 void sim_system_rest(SimSystem *s, uint32_t j) {

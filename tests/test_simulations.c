@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simulations as pictures show them: the corner of a bounce, against the closed form of the path.
+// Simulations as pictures show them: the corner of a bounce, against the closed form of the path;
+// and how quickly the errors of a step fall with its length.
+#include "render/sim_runge.h"
 #include "tests/scenes.h"
 #include "tests/script_scene.h"
 
@@ -83,7 +85,43 @@ static void bounces_keep_their_corner_in_pictures(void **state) {
                      "at(Ball.at, 0.5726f), (t*24 - 0.4726)/0.1)") >= 0.04);
 }
 
+// One step along x' = cos(t) x, x(0) = 1: the errors of its end, of the way to there, its estimate.
+static void step_errors(double step, double errors[3]) {
+    double k[RUNGE_STAGES][1], *const rates[] = {k[0], k[1], k[2], k[3], k[4], k[5], k[6]};
+    double start = 1, x = start, way[SIM_COEFFICIENTS];
+    for (uint32_t s = 0; s < RUNGE_STAGES; s++) {
+        if (s > 0) {
+            runge_look(s, step, 1, &start, rates, &x);
+        }
+        k[s][0] = cos(runge_time[s] * step) * x;
+    }
+    runge_way(step, start, x, rates, 0, way);
+    errors[0] = fabs(x - exp(sin(step)));
+    errors[1] = 0;
+    errors[2] = fabs(runge_error(step, rates, 0));
+    for (int i = 1; i < 16; i++) {
+        double exact = exp(sin(step * i / 16));
+        errors[1] = fmax(errors[1], fabs(sim_polynomial(way, SIM_COEFFICIENTS, i / 16.0) - exact));
+    }
+    assert_true(fabs(sim_polynomial(way, SIM_COEFFICIENTS, 1) - x) <= 1e-15);
+}
+
+// Half the step: an error of a sixty-fourth at the end, of a thirty-second on the way.
+static void steps_of_runge_kutta_are_of_order_five(void **state) {
+    (void)state;
+    double whole[3], half[3];
+    step_errors(0.25, whole);
+    step_errors(0.125, half);
+    print_message("errors %.3g %.3g %.3g, of half the step %.3g %.3g %.3g\n", whole[0], whole[1],
+                  whole[2], half[0], half[1], half[2]);
+    assert_true(whole[0] >= 50 * half[0]);
+    assert_true(whole[1] >= 25 * half[1]);
+    assert_true(whole[2] >= 25 * half[2]);
+    assert_true(half[0] > 0 && half[0] <= half[2] && half[1] <= 2 * half[2]);
+}
+
 static const struct CMUnitTest tests[] = {
+    cmocka_unit_test(steps_of_runge_kutta_are_of_order_five),
     cmocka_unit_test(bounces_keep_their_corner_in_pictures),
 };
 

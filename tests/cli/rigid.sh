@@ -23,6 +23,31 @@ END
     all_below 1e-2
 }
 
+# A top without weight, of moments 1 : 1 : 1/5: its axis and its spin go round its angular momentum, as
+# members of what it is read as, of its turn, and of transforms that hold it.
+test_rigid_spins() {
+    cat >a.st4 <<'END'
+sphere { }
+sim rigid S {
+  span = 0..2  step = 1/960  tolerance = 1e-8  gravity = 0*x
+  body Even { box { size = <0.2, 0.4, 0.6> }  spin = 3*y }
+  body Top { box { size = <0.1, 0.1, 0.3> }  spin = start  translate 9*x }
+}
+let start = <2, 0, 5>
+let momentum = <start.x, 0, start.z/5>
+let round = length(momentum)*t*1rad
+let axis = turned(z, momentum, round)
+let exact = turned(start, momentum, round)
+let whole = translate(3*y)*rotate(x, 40deg*t)*S.Top*scale(<1, 2 + t, 3>)
+fn across(q) = length(q*z - axis)
+END
+    at a.st4 '0.003..1.99 by 0.037' 'S.Even.spin - 3*y' 'S.Top.spin - exact' 'S.Top.turn.spin - exact' \
+        'd(S.Top.turn) - exact' 'whole.spin - turned(exact, x, 40deg*t) - 40deg/1rad*x'
+    all_below 2e-4
+    at a.st4 '0.003..1.99 by 0.037' 'across(S.Top.turn)' 'S.Top*x - S.Top.pos - S.Top.turn*x'
+    all_below 2e-5
+}
+
 test_rigid_friction_and_drag() {
     cat >a.st4 <<'END'
 sphere { }
@@ -313,5 +338,5 @@ test_rigid_mistakes() {
     refused "$start box { } }" 'holds body, fixed and joint'
     refused "$start $body sphere { pose = S.C }" "S has no member 'C'"
     refused "$start $body sphere { pose = 3 }" 'pose is a transform'
-    refused "$start $body sphere { radius = S.B.speed }" 'a transform has .pos, .vel and .spin'
+    refused "$start $body sphere { radius = S.B.speed }" 'a transform has .pos, .vel, .turn and .spin'
 }

@@ -68,7 +68,7 @@ test_sim_accuracy_is_as_the_manual_says() {
             n=$((n + 1))
         done
     done <<<"$out"
-    [ $n = 45 ] || fail "$n figures"
+    [ $n = 51 ] || fail "$n figures"
 }
 
 # Two balls of one weight swap their speeds: each gets the one that the other had before.
@@ -209,6 +209,90 @@ END
     all_below 1e-6
 }
 
+# Members that read each other go back one by one to what happens to them. Where conditions, or rates,
+# name others, steps end for all, or all are looked at: it comes to the same.
+test_sim_crowds() {
+    local kind zero none i
+    local -a misses
+    echo 'sphere { }' >a.st4
+    for kind in Few Named All; do
+        zero='' none=''
+        [ $kind = Named ] && none="+ 0*Named.vel[0]"
+        [ $kind = All ] && zero="+ 0*All.pos[0].y"
+        cat <<END
+sim state $kind {
+  count = 80  span = 0..2  tolerance = 1e-7
+  born = 0.9*rand(5, id)
+  dies = id % 3 == 0 ? 0.8 + rand(6, id) : 9
+  pos = <0, 1, 0> + 0.6*rand(1, id)*randdir(7, id)
+  vel = 3*randdir(8, id)
+  hits = 0
+  fn fade(d) = max(0, 1 - dot(d, d)/0.09)^3
+  fn push(j) = -40*fade($kind.pos[j] - pos)*($kind.pos[j] - pos)
+  pos' = vel
+  vel' = <0, -9.81, 0> - 0.5*pos + (id % 4)*near($kind.pos, 0.3, push) $none
+  hits' = 0
+  when pos.y $zero < 0 { pos = <pos.x, 0, pos.z>  vel = <vel.x, -0.6*vel.y, vel.z>  hits = hits + 1 }
+  when t > 0.6 + 0.3*rand(9, id) { vel = 1.5*vel }
+  when length(vel) > 6 { vel = 0.4*vel }
+}
+END
+    done >>a.st4
+    for kind in Named All; do
+        misses=()
+        for i in $(seq 0 79); do
+            misses+=("Few.pos[$i] - $kind.pos[$i]" "Few.hits[$i] - $kind.hits[$i]")
+        done
+        at a.st4 '[0.3, 0.61, 0.9, 1.3, 2]' "${misses[@]}"
+        all_below 1e-4
+    done
+    at a.st4 '[2]' 'Few.hits[0] + Few.hits[8] + Few.hits[77]'
+    below 20 "$(cut -d' ' -f2 <<<"$out")"
+    expect 0 "$ST4" sim a.st4 --cache one -q
+    expect 0 env OMP_NUM_THREADS=3 "$ST4" sim a.st4 --cache two -q
+    expect 0 diff -r one two
+}
+
+# Bullets, each born and gone within what is one long step for marks that stand still, fly through one
+# or two of them: none lets one pass unseen. Each adds up what the integral over its way is.
+test_sim_crowds_see_who_passes() {
+    cat >a.st4 <<'END'
+sphere { }
+sim state S {
+  count = 32  span = 0..10  tolerance = 1e-7
+  born = id < 30 ? -1 : id == 30 ? 0.4 : 4
+  dies = id < 30 ? 99 : id == 30 ? 1.43 : 4.095
+  at = id < 30 ? 0.9 + 7*id : id == 30 ? 0 : 0.5
+  seen = 0
+  fn bump(j) = max(0, 1 - ((S.at[j] - at)/0.3)^2)^3
+  at' = id < 30 ? 0 : 8
+  seen' = id < 30 ? near(S.at, 0.3, bump) : 0
+}
+sim state Pairs { // a bullet for each mark; steps are short for what swings and stays where it is
+  count = 80  span = 0..2  tolerance = 1e-7
+  born = id < 30 ? 0.2 + 0.0513*id : -1
+  dies = id < 30 ? 0.21 + 0.0513*id : 99
+  at = 1000*(id % 30) + (id < 30 ? 0 : id < 60 ? 0.45 : 50)
+  seen = 0
+  swing = id < 60 ? 0 : 1
+  speed = 0
+  fn bump(j) = max(0, 1 - ((Pairs.at[j] - at)/0.3)^2)^3
+  at' = id < 30 ? 300 : 0
+  seen' = id < 30 ? 0 : near(Pairs.at, 0.3, bump)
+  swing' = speed
+  speed' = -1e4*swing
+}
+let one = 32/35*0.3
+fn after(when) = t > when ? one/8 : 0
+END
+    at a.st4 '[0.3, 2, 9]' 'S.seen[0] - after(1) - after(4.1)' 'S.seen[1] - after(1.5)' 'S.seen[2]'
+    all_below 1e-6
+    local -a misses=()
+    for i in $(seq 0 29); do misses+=("Pairs.seen[30 + $i] - one/300"); done
+    at a.st4 '[2]' "${misses[@]}"
+    all_below 1e-6
+}
+
 # A bouncing ball keeps its corner: at the instant, and a thousandth of a second beside it.
 test_sim_bounce() {
     cat >a.st4 <<'END'
@@ -313,6 +397,11 @@ END
     at a.st4 '0..10 by 0.25' 'turns(Top.q[0], top(rotate(x, 30deg)))' \
         'turns(Top.q[1], top(rotate(x, 70deg)))'
     all_below 2e-7
+    # Their rates are their spin: that of what they are read as, and of what is made of them.
+    at a.st4 '0..9.9 by 0.26' 'Even.q.spin - pi/2*y' \
+        'Top.q[1].spin - L/2 - 1.5*dot(L, Top.q[1]*z)*(Top.q[1]*z)' 'd(Top.q[0]) - Top.q[0].spin' \
+        'd(top(rotate(x, 70deg))) - Top.q[1].spin' 'Free.q.spin - Free.q*Free.w'
+    all_below 2e-5
     at a.st4 '0..20 by 0.25' 'momentum - at(momentum, 0)'
     all_below 1e-6
     at a.st4 '[0, 0.5, 0.999, 1.001, 1.7, 2.001, 2.5]' \
@@ -417,6 +506,10 @@ test_sim_mistakes() {
     refused "$start span = 0..9  q = 1  q' = q^2 }" 'S: at t = 1 s its equations grow without bound'
     refused "$start count = 3  span = 0..2  q = id  q' = id == 2 and t > 0.5s ? 0/0 : 1 }" 'S, member 2: at t = 0.5'
     refused "$start q = 1/0  q' = 1 }" 'its start values are not finite'
+    refused "$start count = 3  span = 0..9  q = 1 + id  q' = q^2 + 0*S.q[0] }" 'S, member 2: at t = 0.333333 s its equations cannot be integrated any further'
+    refused "$start count = 3  span = 0..2  q = id  q' = id == 2 and t > 0.5s ? 0/0 : S.q[0] }" 'S, member 2: at t = 0.5'
+    refused "$start count = 3  q = 1/(1 - id)  q' = S.q[0] }" 'S, member 1: at t = 0 s its start values are not finite'
+    refused "$start count = 3  q = id  q' = 1/(1 - S.q[id]) }" 'S, member 1: at t = 0 s its rates are not finite'
     refused "$start span = 2..2  q = 0  q' = 1 }" 'the span is empty'
     refused "$start q = 0  cuont = 5  q' = 1 }" "did you mean 'count'?"
     refused "$start q = 0  q' = <1, 2> }" "the rate of 'q' is a number"
@@ -457,6 +550,9 @@ test_sim_mistakes() {
     refused "$start count = 2  born = S.q[0]  q = 0  q' = S.q[1] }" 'born and dies can not read the members'
     refused "$start born = q  q = 0  q' = 1 }" "nothing is called 'q' here"
     refused "$start r = 0  q = S.r  q' = 1 }" 'start values, born and dies can not read the members'
+    refused "$start q = 0  q' = 1  r = 0  r' = d(q) }" "the rate of x is what stands behind x' ="
+    refused "$start q = 0  q' = 1  r = 0  r' = at(q, t - 1) }" 'known at one instant only'
+    refused "$start q = rotate(x, t*0deg)  q' = x  r = x  r' = q.spin }" 'known at one instant only'
 }
 
 # A simulation of a def's copy is its own; nothing that is not read is run.
