@@ -199,7 +199,7 @@ static int check_movie(const Session *session, const Outputs *outputs) {
     char message[512];
     if (path && !image_is_exr(outputs->patterns[0])) {
         return session_refuse(session, STATUS_USAGE, path,
-                              "a movie is made from pictures with the ending .exr");
+                              "a movie is made from pictures with the ending .exr: -o a.####.exr");
     }
     return path && !movie_check(path, message, sizeof message)
                ? session_refuse(session, STATUS_FILES, path, message)

@@ -110,8 +110,9 @@ static void read_clips(Eval *ev, const Binding *def, Scope *at, Scope *clips) {
         inside = inside.scope ? inside : inside_def(ev, def, at);
         def->module->flags[statement] |= MODULE_USED; // it stands in a def, as it ought to
         diag_next_statement(ev->diag);
-        if (eval_bind_name(ev, &inside, statement, node->a, BINDING_LET)) {
-            Value value = read_clip(ev, &inside, def, statement);
+        bool has_name = eval_bind_name(ev, &inside, statement, node->a, BINDING_LET);
+        if (has_name || !scope_find_own(clips, node->a)) { // what has a wrong name is not missed
+            Value value = has_name ? read_clip(ev, &inside, def, statement) : value_poison();
             Binding *binding = scope_bind(ev->arena, clips, node->a, BINDING_LET);
             binding->state = BINDING_DONE;
             binding->value = value;
