@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "accel/cpu.h"
 #include "render/outfile.h"
 
 enum { VERSION = 1 };
@@ -148,7 +149,7 @@ static char *format(const RenderStats *stats, size_t *size) {
     if (!file) {
         return NULL;
     }
-    fprintf(file, "{\n  \"version\": %d", VERSION);
+    fprintf(file, "{\n  \"version\": %d,\n  \"cpu\": \"%s\"", VERSION, cpu_names[cpu_now()]);
     Json json = {file, true};
     write_seconds(&json, stats);
     write_scene(&json, stats);

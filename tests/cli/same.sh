@@ -41,9 +41,20 @@ test_same_bytes_for_any_memory() {
 
 test_same_bytes_scalar_and_wide() {
     SCENE=head
-    render scalar -f 12 --cpu scalar
-    render best -f 12
-    same scalar/frame.0012.exr best/frame.0012.exr
+    render best -f 12 --stats best.json
+    for cpu in scalar avx2 avx512; do
+        case $cpu in
+        scalar) flag=fpu ;;
+        avx512) flag=avx512bw ;;
+        *) flag=$cpu ;;
+        esac
+        grep -qw "$flag" /proc/cpuinfo || continue
+        render $cpu -f 12 --cpu $cpu --stats $cpu.json
+        has "$(cat $cpu.json)" "\"cpu\": \"$cpu\""
+        same $cpu/frame.0012.exr best/frame.0012.exr
+        best=$cpu
+    done
+    has "$(cat best.json)" "\"cpu\": \"$best\"" # as if it had been named
 }
 
 test_same_picture_through_any_structure() {
