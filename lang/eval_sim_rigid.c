@@ -20,12 +20,8 @@ static bool find_body(RigidBlock *b, const Env *env, NodeId node, int32_t *found
         eval_error(ev, env, node, "write a = Arm, or a = Arm[2]", "a body is named by its label");
         return sim_rigid_fail(b);
     }
-    if (n->kind == NODE_INDEX) {
-        Value value = eval_expr(ev, env, n->b);
-        if (!value_is(&value, VALUE_NUMBER) ||
-            !eval_need(ev, env, n->b, value.ref[0], "a label's index", &index)) {
-            return sim_rigid_fail(b);
-        }
+    if (n->kind == NODE_INDEX && !sim_rigid_index(b, env, n->b, &index)) {
+        return false;
     }
     for (size_t i = 0; i < b->n_bodies; i++) {
         const RigidLabel *label = &b->labels[i];
@@ -63,7 +59,9 @@ static void read_joint(RigidBlock *b, const Env *env, NodeId statement) {
                      .name = "joint",
                      .where = syntax_word_span(syntax, extra[3]),
                      .is_identity = true};
-    if (!joint_kind(b, env, extra, &joint.kind)) {
+    double index;
+    if (!joint_kind(b, env, extra, &joint.kind) ||
+        (extra[5] && !sim_rigid_index(b, env, extra[5], &index))) {
         return;
     }
     object.env = (Env){env->module, scope_new(ev->arena, env->scope)};

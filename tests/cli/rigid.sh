@@ -187,6 +187,36 @@ END
     all_below 1e-4
 }
 
+# Copies of defs, groups, loops and choices, scaled or not; what is scaled is a hull.
+test_rigid_bodies_of_defs() {
+    cat >a.st4 <<'END'
+film { frames = 1..48 }
+def Wheel(r = 0.3) {
+  cylinder { from = <0, 0, -0.1>  to = <0, 0, 0.1>  radius = r }
+  for i in 0..2 { box { size = <0.05, r, 0.25>  rotate z, 60deg*i } }
+  lamp { power = 3 }
+}
+def Cart {
+  scale 2
+  Wheel { translate <0.5, 0, 0> }
+  group { translate <-0.5, 0, 0>  Wheel { rotate z, 20deg } }
+}
+sim rigid S {
+  fixed { plane { } }
+  fixed { for k in 0..3 { quad { size = <4, 0.2>  rotate y, 90deg*k  translate <20, 0.1, 0> } } }
+  body Wheel { Wheel { }  translate 0.5*y }
+  body Cross { for k in 0..1 { box { size = <1, 0.1, 0.1>  rotate y, 90deg*k } }  if true { sphere { radius = 0.2 } }  translate <3, 2, 0> }
+  body Cart { Cart { }  translate <6, 1, 0> }
+  body Egg { sphere { scale <1, 0.5, 1> }  translate <9, 1, 0> }
+}
+END
+    at a.st4 '[1.9]' 'S.Wheel.pos - 0.3*y' 'S.Cross.pos - <3, 0.2, 0>' 'S.Cart.pos - <6, 0.6, 0>' 'S.Egg.pos.y - 0.5'
+    all_below 2e-3
+    sed 's/body Wheel { Wheel { }/body Wheel { instance Wheel { speed = 2 }/' a.st4 >b.st4
+    expect 1 "$ST4" sim b.st4
+    has "$err" 'has no clock of its own'
+}
+
 a_pile() {
     cat >pile.st4 <<'END'
 film { size = <48, 27>  frames = 1..72 }
@@ -333,6 +363,8 @@ test_rigid_mistakes() {
     refused "$start body B { plane { } } }" 'a plane of a sim rigid stands still'
     refused "$start body B[1] { box { } } }" 'numbered 0, 1, 2'
     refused "$start body B { box { } } joint hinge J { a = C } }" "no body is called 'C'"
+    refused "$start body B { box { } } joint hinge { a = B[\"x\"] } }" 'index is a number, this is a string'
+    refused "$start body B { box { } } joint hinge J[t] { a = B } }" "index must be known"
     refused "$start body B { box { } } joint hing J { a = B } }" 'there is no joint hing'
     refused "$start fixed { plane { } } }" 'no bodies that move'
     refused "$start box { } }" 'holds body, fixed and joint'
