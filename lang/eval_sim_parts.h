@@ -48,8 +48,8 @@ typedef struct {
 // *moves: whether it does. NULL: it may not. False: reported, or asked for.
 bool sim_rigid_pose(RigidBlock *b, const Object *object, RigidPose *pose, Ref *moving, bool *moves);
 
-// lang/eval_sim_shape.c: the shapes in the block of a body, which is called so in reports, in copies
-// of defs and in groups too.
+// lang/eval_sim_shape.c: the shapes in the block of a body, which is called so in reports, those in
+// copies of defs and in groups too.
 typedef struct {
     const char *name;
     const RigidPose *pose;
