@@ -143,6 +143,44 @@ END
     all_below 1e-2
 }
 
+# Stops, friction and motors of hinges and sliders.
+test_rigid_joints_with_stops_and_strength() {
+    cat >a.st4 <<'END'
+sphere { }
+sim rigid S {
+  span = 0..6  gravity = 0*x
+  body A { box { }  spin = 2*z }
+  joint hinge { a = A  range = -45deg..90deg }
+  body B { box { }  spin = -2*z  translate 5*x }
+  joint hinge { a = B  at = 5*x  range = -45deg..90deg }
+  for i in 0..1 {
+    body Slide[i] { box { }  mass = 3kg  vel = (1 - 2*i)*2*z  translate (10 + 5*i)*x }
+    joint slider Rail[i] { a = Slide[i]  range = -1..2 }
+  }
+  body Brake { box { }  mass = 3kg  vel = 3*z  translate 20*x }
+  joint slider { a = Brake  strength = 3 }
+  body Motor { box { }  mass = 6kg  translate 25*x }
+  joint hinge { a = Motor  at = 25*x  strength = 2  speed = t < 4 ? 3 : -3 }
+  body H { box { }  mass = 6kg  translate 30*x }
+  body I { box { }  mass = 6kg  translate 30*x + 5*z }
+  joint hinge { a = H  b = I  at = 30*x  strength = 2  speed = 1 }
+  body Late { box { }  mass = 6kg  translate 35*x }
+  joint hinge { a = Late  at = 35*x  strength = 2  speed = max(0, t - 4) }
+}
+fn turn(b) = atan2(dot(b.turn*x, y), dot(b.turn*x, x))/1rad
+let slow = min(t, 3)
+END
+    at a.st4 '0..6 by 0.25' 'turn(S.A) - min(2*t, pi/2)' 'turn(S.B) - max(-2*t, -pi/4)' \
+        'S.Slide[0].pos.z - min(2*t, 2)'
+    all_below 5e-3
+    at a.st4 '0..2 by 0.25' 'S.Slide[1].pos.z - max(-2*t, -1)'
+    all_below 0.1
+    at a.st4 '0.01..5.9 by 0.25' 'S.Brake.pos.z - 3*slow + slow^2/2' \
+        'S.Motor.spin.z - min(2*t, 3) + 2*max(0, t - 4)' 'S.H.spin.z - min(2*t, 0.5)' \
+        'S.I.spin.z + min(2*t, 0.5)' 'S.Late.spin.z - max(0, t - 4)'
+    all_below 5e-3
+}
+
 # Hulls, meshes and capsules slide, roll and lie as what they are.
 test_rigid_shapes_of_triangles() {
     cat >a.st4 <<'END'
@@ -365,6 +403,13 @@ test_rigid_mistakes() {
     refused "$start body B { box { } } joint hinge J { a = C } }" "no body is called 'C'"
     refused "$start body B { box { } } joint hinge { a = B[\"x\"] } }" 'index is a number, this is a string'
     refused "$start body B { box { } } joint hinge J[t] { a = B } }" "index must be known"
+    refused "$start body B { box { } } joint hinge { a = B  range = -1..1 } }" 'goes from an angle to another'
+    refused "$start body B { box { } } joint hinge { a = B  range = 10deg..90deg } }" '0 is in it'
+    refused "$start body B { box { } } joint hinge { a = B  range = 0deg..200deg } }" 'less than half a turn'
+    refused "$start body B { box { } } joint slider { a = B  range = -1deg..1deg } }" 'goes from a length to another'
+    refused "$start body B { box { } } joint ball { a = B  strength = 1 } }" 'belongs to a hinge or a slider'
+    refused "$start body B { box { } } joint hinge { a = B  speed = 1 } }" 'is nothing without strength'
+    refused "$start body B { box { } } joint hinge { a = B  strength = t } }" 'must be known'
     refused "$start body B { box { } } joint hing J { a = B } }" 'there is no joint hing'
     refused "$start fixed { plane { } } }" 'no bodies that move'
     refused "$start box { } }" 'holds body, fixed and joint'
