@@ -61,6 +61,7 @@ typedef struct {
     struct Loader *loader;             // lang/loader.h
     struct Watches *watches;           // lang/watch.h
     struct SimNears *nears;            // of the sim state under evaluation; NULL: none is
+    struct BodyShapes *body;           // of a rigid body: shapes become its; NULL: the scene's
     const struct Simulator *simulator; // lang/simulator.h; NULL: nothing is simulated
     Scope *predefined;
     const Node *material_callee; // the function of the call that a material is expected of, or NULL

@@ -316,7 +316,7 @@ static void emit_loop(Eval *ev, const Env *env, const Place *place, NodeId state
                    EVAL_MAX_ITEMS);
         return;
     }
-    bool is_batch = sequence.numbers && sequence.n > 1 && depth < EVAL_MAX_LOOPS &&
+    bool is_batch = !ev->body && sequence.numbers && sequence.n > 1 && depth < EVAL_MAX_LOOPS &&
                     !(env->module->flags[statement] & MODULE_UNROLL);
     if (is_batch && emit_batch(ev, env, place, statement, &sequence, has_objects, name)) {
         return;

@@ -6,6 +6,7 @@
 
 #include "lang/eval_clip.h"
 #include "lang/eval_run.h"
+#include "lang/eval_sim.h"
 #include "lang/loader.h"
 #include "lang/lower.h"
 
@@ -315,7 +316,9 @@ static void finish_node(Eval *ev, const Env *env, const Place *place, Object *ob
         return;
     }
     const char *label = object_label(ev, env, &within, object, parts);
-    if (label) {
+    if (ev->body) {
+        eval_body_take(ev, object, &within);
+    } else if (label) {
         lower_object(ev, object, &within, label);
     }
 }

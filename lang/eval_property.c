@@ -206,6 +206,26 @@ static bool check_scalar(Eval *ev, const Env *env, NodeId node, const PropertyIn
            check_scalars(ev, env, node, info, value->ref, 1, MOTION_INPUTS);
 }
 
+// One, or a list of them.
+static bool check_numbers(Eval *ev, const Env *env, NodeId node, const PropertyInfo *info,
+                          const Value *value) {
+    if (!value_is(value, VALUE_LIST)) {
+        return check_scalar(ev, env, node, info, VALUE_NUMBER, value);
+    }
+    for (uint32_t i = 0; i < value->list->n; i++) {
+        const Value *item = &value->list->items[i];
+        if (!value_is(item, VALUE_NUMBER)) {
+            eval_error(ev, env, node, NULL, "%s is %s, item %u is %s", info->name,
+                       schema_property_type_text(info), i, value_describe(ev->arena, item));
+            return false;
+        }
+        if (!check_scalar(ev, env, node, info, VALUE_NUMBER, item)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static bool check_range(Eval *ev, const Env *env, NodeId node, const PropertyInfo *info,
                         const Value *value) {
     if (!value_is(value, VALUE_RANGE)) {
@@ -331,6 +351,8 @@ static bool check_value(Eval *ev, const Env *env, NodeId node, const PropertyInf
         return value_is(value, VALUE_STRING) || check_function(ev, env, node, info, value);
     case PROPERTY_TYPE_TRANSFORM:
         return check_transform(ev, env, node, info, value);
+    case PROPERTY_TYPE_NUMBER_OR_LIST:
+        return check_numbers(ev, env, node, info, value);
     case PROPERTY_TYPE_LIST:
         return value_is(value, VALUE_LIST) || wrong_type(ev, env, node, info, value);
     default:

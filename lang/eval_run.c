@@ -235,7 +235,9 @@ void eval_emit_run(Eval *ev, const Env *env, const Place *place, NodeId statemen
                  .name = name};
     uint32_t first = lowering_mark(ev->lowering).n_shapes;
     diag_hold(ev->diag);
-    emit_runs(&walk);
+    if (!ev->body) {
+        emit_runs(&walk);
+    }
     if (!ev->unroll) { // else a loop further out goes first
         emit_each(&walk);
     }

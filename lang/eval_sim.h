@@ -13,6 +13,8 @@
 
 typedef struct Sim Sim;
 struct Given; // lang/object.h
+struct Object;
+struct Place;
 
 // Binds the name of a NODE_SIM.
 void eval_sim_declare(Eval *ev, const Env *env, NodeId statement);
@@ -25,6 +27,9 @@ Value eval_sim_member(Eval *ev, const Env *env, NodeId node, Sim *sim, const cha
 
 // The item of a list that has `each`, at an index that is not constant.
 Value eval_sim_at(Eval *ev, const List *list, Ref index);
+
+// A node that stands in the block of a rigid body (ev->body): a shape becomes its own.
+void eval_body_take(Eval *ev, const struct Object *object, const struct Place *place);
 
 // ---- Between the files lang/eval_sim*.c
 

@@ -42,6 +42,17 @@ bool sim_rigid_numbers(RigidBlock *b, const Object *object, PropertyId id, doubl
     return is_known || sim_rigid_fail(b);
 }
 
+bool sim_rigid_index(RigidBlock *b, const Env *env, NodeId node, double *index) {
+    Value value = eval_expr(b->ev, env, node);
+    bool is_number = value_is(&value, VALUE_NUMBER);
+    if (!is_number && !value_is_poison(&value)) {
+        eval_error(b->ev, env, node, NULL, "a label's index is a number, this is %s",
+                   value_describe(b->ev->arena, &value));
+    }
+    return (is_number && eval_need(b->ev, env, node, value.ref[0], "a label's index", index)) ||
+           sim_rigid_fail(b);
+}
+
 // What moves a body must not change its size.
 static bool check_scale(RigidBlock *b, Span where, const RefParts *parts) {
     const Ref scale[3] = {parts->scale.x, parts->scale.y, parts->scale.z};
@@ -122,15 +133,7 @@ static bool read_label(RigidBlock *b, const Env *env, NodeId statement, bool is_
                       "write body Crate { ... }", "a body needs a label, by which it is read");
         return sim_rigid_fail(b);
     }
-    if (!label->has_index) {
-        return true;
-    }
-    Value index = eval_expr(ev, env, extra[5]);
-    if (!value_is(&index, VALUE_NUMBER) ||
-        !eval_need(ev, env, extra[5], index.ref[0], "a label's index", &label->index)) {
-        return sim_rigid_fail(b);
-    }
-    return true;
+    return !label->has_index || sim_rigid_index(b, env, extra[5], &label->index);
 }
 
 static void bind_inputs(RigidBlock *b, Object *object, const char *name, Input first) {
@@ -180,15 +183,8 @@ static const char *label_text(RigidBlock *b, const RigidLabel *label) {
 
 static void read_shapes(RigidBlock *b, const Object *object, NodeId block, RigidOwner owner,
                         RigidBody *body) {
-    const Node *node = node_of(&object->env, block);
     body->first_shape = (uint32_t)b->n_shapes;
-    for (uint32_t i = 0; i < node->b; i++) {
-        NodeId statement = object->env.module->syntax->extra[node->a + i];
-        if (node_of(&object->env, statement)->kind == NODE_OBJECT) {
-            sim_rigid_shape(b, &object->env, statement, &owner);
-            eval_statement_ends(b->ev);
-        }
-    }
+    sim_rigid_shapes(b, &object->env, block, &owner);
     body->n_shapes = (uint32_t)b->n_shapes - body->first_shape;
     if (!b->is_bad && body->n_shapes == 0) {
         eval_error_at(b->ev, object->where, "write box { } in it", "a body needs a shape");

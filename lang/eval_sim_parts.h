@@ -37,6 +37,9 @@ void sim_rigid_hash(RigidBlock *b, const double *numbers, size_t n);
 // The components of a property, which must be known. False: they are not (reported, or asked for).
 bool sim_rigid_numbers(RigidBlock *b, const Object *object, PropertyId id, double *out);
 
+// The index of a label, which must be known. False: it is not.
+bool sim_rigid_index(RigidBlock *b, const Env *env, NodeId node, double *index);
+
 typedef struct {
     double at[3], turn[4];
 } RigidPose;
@@ -45,14 +48,15 @@ typedef struct {
 // *moves: whether it does. NULL: it may not. False: reported, or asked for.
 bool sim_rigid_pose(RigidBlock *b, const Object *object, RigidPose *pose, Ref *moving, bool *moves);
 
-// lang/eval_sim_shape.c: a shape in the block of a body, which is called so in reports.
+// lang/eval_sim_shape.c: the shapes in the block of a body, which is called so in reports, those in
+// copies of defs and in groups too.
 typedef struct {
     const char *name;
     const RigidPose *pose;
     bool is_fixed, moves;
     bool is_convex; // its meshes are hulls
 } RigidOwner;
-void sim_rigid_shape(RigidBlock *b, const Env *env, NodeId statement, const RigidOwner *owner);
+void sim_rigid_shapes(RigidBlock *b, const Env *env, NodeId block, const RigidOwner *owner);
 
 // A `body` or `fixed` with its shapes.
 void sim_rigid_body(RigidBlock *b, const Env *env, NodeId statement, bool is_fixed);

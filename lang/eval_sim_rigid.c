@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The block of a `sim rigid`: settings, bodies, joints; bodies by their labels.
+#include <math.h>
 #include <string.h>
 
 #include "lang/eval_sim_parts.h"
@@ -20,12 +21,8 @@ static bool find_body(RigidBlock *b, const Env *env, NodeId node, int32_t *found
         eval_error(ev, env, node, "write a = Arm, or a = Arm[2]", "a body is named by its label");
         return sim_rigid_fail(b);
     }
-    if (n->kind == NODE_INDEX) {
-        Value value = eval_expr(ev, env, n->b);
-        if (!value_is(&value, VALUE_NUMBER) ||
-            !eval_need(ev, env, n->b, value.ref[0], "a label's index", &index)) {
-            return sim_rigid_fail(b);
-        }
+    if (n->kind == NODE_INDEX && !sim_rigid_index(b, env, n->b, &index)) {
+        return false;
     }
     for (size_t i = 0; i < b->n_bodies; i++) {
         const RigidLabel *label = &b->labels[i];
@@ -54,6 +51,71 @@ static bool joint_kind(RigidBlock *b, const Env *env, const uint32_t *extra, Rig
     return sim_rigid_fail(b);
 }
 
+static bool refuse_given(RigidBlock *b, const Given *given, const char *hint, const char *what) {
+    eval_error(b->ev, &given->env, given->node, hint, "%s %s", property_infos[given->id].name,
+               what);
+    return sim_rigid_fail(b);
+}
+
+static bool read_range(RigidBlock *b, const Given *given, RigidJoint *joint) {
+    const Range *range = given->value.range;
+    bool is_hinge = joint->kind == RIGID_HINGE;
+    if (!dag_is_const(b->ev->dag, range->low, &joint->low) ||
+        !dag_is_const(b->ev->dag, range->high, &joint->high)) {
+        return sim_rigid_fail(b);
+    }
+    if (is_hinge != range->is_angle) {
+        return refuse_given(b, given, is_hinge ? "write -90deg..90deg" : "write -0.5..0.5",
+                            is_hinge ? "of a hinge goes from an angle to another"
+                                     : "of a slider goes from a length to another");
+    }
+    if (!(joint->low <= 0 && joint->high >= 0)) {
+        return refuse_given(b, given, NULL, "is from where the joint is at the start: 0 is in it");
+    }
+    const double most = 3.14159; // the engine tells no turns apart
+    if (is_hinge && !(joint->low > -most && joint->high < most)) {
+        return refuse_given(b, given, NULL, "of a hinge is less than half a turn to either side");
+    }
+    return true;
+}
+
+// Stops, friction or a motor, of joints that have one axis.
+static bool read_drive(RigidBlock *b, const Object *object, RigidJoint *joint) {
+    static const PropertyId ids[] = {PROPERTY_JOINT_RANGE, PROPERTY_JOINT_STRENGTH,
+                                     PROPERTY_JOINT_SPEED};
+    Eval *ev = b->ev;
+    const Given *range = object_given(object, PROPERTY_JOINT_RANGE),
+                *speed = object_given(object, PROPERTY_JOINT_SPEED);
+    bool has_axis = joint->kind == RIGID_HINGE || joint->kind == RIGID_SLIDER;
+    joint->low = -INFINITY;
+    joint->high = INFINITY;
+    for (int i = 0; i < 3 && !has_axis; i++) {
+        const Given *given = object_given(object, ids[i]);
+        if (given) {
+            return refuse_given(b, given, NULL, "belongs to a hinge or a slider");
+        }
+    }
+    if (!sim_rigid_numbers(b, object, PROPERTY_JOINT_STRENGTH, &joint->strength) ||
+        (range && !read_range(b, range, joint))) {
+        return false;
+    }
+    if (speed && joint->strength == 0) {
+        return refuse_given(b, speed, "write strength = ...", "is nothing without strength");
+    }
+    uint32_t read = speed ? value_inputs(ev->dag, &speed->value) : 0;
+    if (read & LOOP_INPUTS) {
+        ev->unroll |= (read & LOOP_INPUTS) >> IN_LOOP0;
+        return sim_rigid_fail(b);
+    }
+    joint->speed = speed ? dag_compile(ev->dag, ev->arena, speed->value.ref, 1) : NULL;
+    const double numbers[] = {joint->low, joint->high, joint->strength, speed != NULL};
+    sim_rigid_hash(b, numbers, sizeof numbers / sizeof numbers[0]);
+    if (speed) {
+        dag_hash(ev->dag, speed->value.ref, 1, &b->sim->key);
+    }
+    return true;
+}
+
 static void read_joint(RigidBlock *b, const Env *env, NodeId statement) {
     Eval *ev = b->ev;
     const Syntax *syntax = env->module->syntax;
@@ -63,7 +125,9 @@ static void read_joint(RigidBlock *b, const Env *env, NodeId statement) {
                      .name = "joint",
                      .where = syntax_word_span(syntax, extra[3]),
                      .is_identity = true};
-    if (!joint_kind(b, env, extra, &joint.kind)) {
+    double index;
+    if (!joint_kind(b, env, extra, &joint.kind) ||
+        (extra[5] && !sim_rigid_index(b, env, extra[5], &index))) {
         return;
     }
     object.env = (Env){env->module, scope_new(ev->arena, env->scope)};
@@ -84,7 +148,8 @@ static void read_joint(RigidBlock *b, const Env *env, NodeId statement) {
     }
     bool is_fine = diag_n_errors(ev->diag) == n_errors &&
                    sim_rigid_numbers(b, &object, PROPERTY_JOINT_AT, joint.at) &&
-                   sim_rigid_numbers(b, &object, PROPERTY_JOINT_AXIS, joint.axis);
+                   sim_rigid_numbers(b, &object, PROPERTY_JOINT_AXIS, joint.axis) &&
+                   read_drive(b, &object, &joint);
     if (is_fine && joint.a < 0) {
         eval_error_at(ev, object.where, "write a = Arm", "a joint holds a body");
         is_fine = false;

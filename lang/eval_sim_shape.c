@@ -148,8 +148,47 @@ static bool triangles_of(RigidBlock *b, const Object *object, const RigidOwner *
 
 // ---- All of them
 
+// Whether its transforms stretch it, so that the engine does not know it.
+static bool is_stretched(const RigidBlock *b, const Object *object) {
+    Dag *dag = b->ev->dag;
+    bool is = false;
+    if (!object->is_identity) {
+        RefParts parts = spatial_map_split(dag, &object->map);
+        const Ref scale[3] = {parts.scale.x, parts.scale.y, parts.scale.z};
+        for (int k = 0; k < 3; k++) {
+            double x = 1;
+            is = is || (dag_is_const(dag, scale[k], &x) && !(fabs(x - 1) < 1e-6));
+        }
+    }
+    return is;
+}
+
+// What is convex as it is made is a hull when it is stretched.
+static bool stretched_of(RigidBlock *b, const Object *object, const RigidOwner *owner,
+                         RigidShape *shape) {
+    RigidOwner as_hull = *owner;
+    as_hull.is_convex = true;
+    switch (object->kind) {
+    case OBJECT_PLANE:
+    case OBJECT_POINTS:
+        eval_error_at(b->ev, object->where, NULL, "%s of a sim rigid can not be scaled",
+                      object->kind == OBJECT_PLANE ? "a plane" : "points");
+        return sim_rigid_fail(b);
+    case OBJECT_BOX:
+    case OBJECT_SPHERE:
+    case OBJECT_CYLINDER:
+    case OBJECT_CAPSULE:
+        return triangles_of(b, object, &as_hull, shape);
+    default:
+        return triangles_of(b, object, owner, shape);
+    }
+}
+
 static bool size_of(RigidBlock *b, const Object *object, const RigidOwner *owner,
                     RigidShape *shape) {
+    if (is_stretched(b, object)) {
+        return stretched_of(b, object, owner, shape);
+    }
     switch (object->kind) {
     case OBJECT_BOX:
         shape->kind = RIGID_BOX;
@@ -225,31 +264,53 @@ static void keep(RigidBlock *b, const RigidShape *shape) {
     sim_rigid_hash(b, shape->plane, 4);
 }
 
-void sim_rigid_shape(RigidBlock *b, const Env *env, NodeId statement, const RigidOwner *owner) {
-    Eval *ev = b->ev;
-    const Syntax *syntax = env->module->syntax;
-    const uint32_t *extra = syntax->extra + syntax_node(syntax, statement)->a;
-    const Node *path = syntax_node(syntax, extra[1]);
-    const char *name = path->kind == NODE_NAME ? symbol_text(ev->symbols, path->a) : "";
-    ObjectKind kind = schema_node(name);
-    Object object = {.kind = kind, .where = syntax_name_span(syntax, statement)};
-    if (kind == OBJECT_KINDS || node_infos[kind].class != NODE_CLASS_SHAPE) {
-        eval_error_at(ev, object.where, NULL, "a body is made of shapes: box, sphere, mesh...");
-        sim_rigid_fail(b);
-        return;
-    }
+static void add_shape(RigidBlock *b, const Object *object, const RigidOwner *owner) {
     RigidShape shape = {.turn = {0, 0, 0, 1}};
-    object.name = node_infos[kind].name;
-    object.is_identity = true;
-    object.env = (Env){env->module, scope_new(ev->arena, env->scope)};
-    eval_node_begin(ev, &object, extra[6]);
-    bool is_fine = size_of(b, &object, owner, &shape);
+    bool is_fine = size_of(b, object, owner, &shape);
     if (is_fine && !is_solid(&shape)) {
-        eval_error_at(ev, object.where, NULL, "a shape of a rigid body has a size above 0");
+        eval_error_at(b->ev, object->where, NULL, "a shape of a rigid body has a size above 0");
         is_fine = sim_rigid_fail(b);
     }
-    if (is_fine && place_shape(b, &object, &shape)) {
+    if (is_fine && place_shape(b, object, &shape)) {
         keep(b, &shape);
     }
-    object_end(ev, &object);
+}
+
+struct BodyShapes {
+    RigidBlock *b;
+    const RigidOwner *owner;
+};
+
+void eval_body_take(Eval *ev, const Object *object, const Place *place) {
+    struct BodyShapes *shapes = ev->body;
+    Object placed = *object;
+    if (place->clock != REF_NONE) {
+        eval_error_at(ev, object->where, "leave out instance",
+                      "a shape of a rigid body has no clock of its own");
+        sim_rigid_fail(shapes->b);
+    } else if (node_infos[object->kind].class == NODE_CLASS_SHAPE) { // lights weigh nothing
+        placed.is_identity = place->is_identity;
+        placed.map = place->map;
+        add_shape(shapes->b, &placed, shapes->owner);
+    }
+}
+
+void sim_rigid_shapes(RigidBlock *b, const Env *env, NodeId block, const RigidOwner *owner) {
+    Eval *ev = b->ev;
+    struct BodyShapes shapes = {b, owner}, *outer = ev->body;
+    const Place *playing = ev->playing;
+    Loops *loops = ev->loops;
+    const struct RunLoop *runs = ev->runs;
+    const Place place = place_outermost(ev);
+    unsigned n_errors = diag_n_errors(ev->diag);
+    ev->body = &shapes;
+    ev->playing = NULL;
+    ev->loops = NULL;
+    ev->runs = NULL;
+    eval_emit(ev, env, &place, block, true, "body");
+    ev->body = outer;
+    ev->playing = playing;
+    ev->loops = loops;
+    ev->runs = runs;
+    b->is_bad = b->is_bad || diag_n_errors(ev->diag) > n_errors;
 }

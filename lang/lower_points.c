@@ -11,10 +11,10 @@
 enum { MOTION_INPUTS = 1u << IN_T | 1u << IN_FILM_T | 15u << IN_LOOP0 };
 
 typedef struct {
-    const Value *at, *color; // [n]; color: NULL, or n of them
-    const List *at_list, *color_list;
+    const Value *at, *color;                        // [n]; color: NULL, or n of them
+    const List *at_list, *color_list, *radius_list; // radius_list: NULL, or of n of them
     uint32_t n;
-    Ref radius;
+    Ref radius; // where there is no list
 } Points;
 
 // Each a vector of 3 that may depend on t; false: reported.
@@ -46,6 +46,23 @@ static bool check_items(Eval *ev, const Given *given, const char *what) {
     return true;
 }
 
+// False: reported.
+static bool read_radius(Eval *ev, const Object *object, Points *points) {
+    const Given *given = object_given(object, PROPERTY_POINTS_RADIUS);
+    points->radius_list = NULL;
+    if (!given || !value_is(&given->value, VALUE_LIST)) {
+        return lower_scalar(ev, object, PROPERTY_POINTS_RADIUS, &points->radius);
+    }
+    points->radius = REF_NONE;
+    points->radius_list = given->value.list;
+    if (points->radius_list->n == points->n) {
+        return true;
+    }
+    eval_error(ev, &given->env, given->node, NULL, "there are %u points and %u radii", points->n,
+               points->radius_list->n);
+    return false;
+}
+
 static bool read_points(Eval *ev, const Object *object, Points *points) {
     const Given *at = object_given(object, PROPERTY_POINTS_AT),
                 *color = object_given(object, PROPERTY_POINTS_COLOR);
@@ -53,18 +70,19 @@ static bool read_points(Eval *ev, const Object *object, Points *points) {
         eval_error_at(ev, object->where, "write at = [<0, 0, 0>, <1, 0, 0>]", "points needs 'at'");
         return false;
     }
-    if (!value_is(&at->value, VALUE_LIST) ||
-        !lower_scalar(ev, object, PROPERTY_POINTS_RADIUS, &points->radius) ||
-        !check_items(ev, at, "at")) {
+    if (!value_is(&at->value, VALUE_LIST) || !check_items(ev, at, "at")) {
         return false;
-    }
-    double radius;
-    if (dag_is_const(ev->dag, points->radius, &radius) && radius == 0) {
-        return lower_nothing_seen(ev, object);
     }
     points->at = at->value.list->items;
     points->at_list = at->value.list;
     points->n = at->value.list->n;
+    if (!read_radius(ev, object, points)) {
+        return false;
+    }
+    double radius;
+    if (!points->radius_list && dag_is_const(ev->dag, points->radius, &radius) && radius == 0) {
+        return lower_nothing_seen(ev, object);
+    }
     points->color = NULL;
     if (color) {
         if (!value_is(&color->value, VALUE_LIST) || !check_items(ev, color, "color")) {
@@ -96,7 +114,22 @@ static bool zip_component(Eval *ev, const List *list, uint32_t n, int k, Ref ind
     return *out != REF_NONE;
 }
 
+// A point of a simulation that is not there has no radius.
+static Ref radius_of(Eval *ev, const Points *points, Ref index, Ref radius) {
+    if (!points->at_list->each) {
+        return radius;
+    }
+    Ref alive = dag_substitute(ev->dag, points->at_list->alive, IN_X, index);
+    return dag_op(ev->dag, OP_SELECT, alive, radius, dag_const(ev->dag, 0));
+}
+
 static bool zip_form(Eval *ev, const Points *points, Ref index, Form *form) {
+    Ref radius = points->radius;
+    if (points->radius_list &&
+        !zip_component(ev, points->radius_list, points->n, 0, index, &radius)) {
+        return false;
+    }
+    form->geometry[3] = radius_of(ev, points, index, radius);
     for (int k = 0; k < 3; k++) {
         if (!zip_component(ev, points->at_list, points->n, k, index, &form->geometry[k]) ||
             (points->color &&
@@ -107,27 +140,17 @@ static bool zip_form(Eval *ev, const Points *points, Ref index, Form *form) {
     return true;
 }
 
-// A point of a simulation that is not there has no radius.
-static Ref radius_at(Eval *ev, const Points *points, Ref index) {
-    if (!points->at_list->each) {
-        return points->radius;
-    }
-    Ref alive = dag_substitute(ev->dag, points->at_list->alive, IN_X, index);
-    return dag_op(ev->dag, OP_SELECT, alive, points->radius, dag_const(ev->dag, 0));
-}
-
-static Form sphere_of(Eval *ev, const Points *points, Ref index) {
-    return (Form){.kind = SHAPE_SPHERE,
-                  .vertex = {REF_NONE, REF_NONE, REF_NONE},
-                  .color = {REF_NONE, REF_NONE, REF_NONE},
-                  .geometry = {REF_NONE, REF_NONE, REF_NONE, radius_at(ev, points, index)},
-                  .n_geometry = 4};
-}
+static const Form sphere = {.kind = SHAPE_SPHERE,
+                            .vertex = {REF_NONE, REF_NONE, REF_NONE},
+                            .color = {REF_NONE, REF_NONE, REF_NONE},
+                            .n_geometry = 4};
 
 static void emit_each(Eval *ev, const Object *object, const Place *place, const char *label,
                       const Points *points, LowerEmit *emit) {
     for (uint32_t i = 0; i < points->n; i++) {
-        Form form = sphere_of(ev, points, dag_const(ev->dag, i));
+        Form form = sphere;
+        Ref radius = points->radius_list ? points->radius_list->items[i].ref[0] : points->radius;
+        form.geometry[3] = radius_of(ev, points, dag_const(ev->dag, i), radius);
         memcpy(form.geometry, points->at[i].ref, 3 * sizeof(Ref));
         if (points->color) {
             memcpy(form.color, points->color[i].ref, 3 * sizeof(Ref));
@@ -152,7 +175,7 @@ void lower_points(Eval *ev, const Object *object, const Place *place, const char
         return;
     }
     Ref index = dag_input(ev->dag, (Input)(IN_LOOP0 + depth));
-    Form form = sphere_of(ev, &points, index);
+    Form form = sphere;
     if (points.n == 1 || !zip_form(ev, &points, index, &form)) {
         emit_each(ev, object, place, label, &points, emit);
         return;

@@ -46,7 +46,7 @@ typedef struct Place {
 enum { OBJECT_MAX_GIVEN = 40 };
 
 // A block's own statements, evaluated.
-typedef struct {
+typedef struct Object {
     ObjectKind kind;  // whose properties it takes; OBJECT_INSTANCE for the copy of a def
     const char *name; // "sphere", "Blade"
     Span where;       // of the path

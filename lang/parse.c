@@ -202,16 +202,40 @@ static NodeId parse_values(Parser *p, NodeKind kind, unsigned aux) {
     return p->is_lost ? 0 : parser_node(p, kind, aux, lo, extra, n);
 }
 
-// "sim" NAME NAME block | "joint" NAME NAME block
-static NodeId parse_sim(Parser *p, NodeKind kind) {
+// "sim" NAME NAME block
+static NodeId parse_sim(Parser *p) {
     uint32_t lo = p->token.lo, words[5] = {0};
+    const char *hint = "write sim rigid Name { ... } or sim state Name { ... }";
     parser_advance(p);
-    const char *hint = kind == NODE_SIM ? "write sim rigid Name { ... } or sim state Name { ... }"
-                                        : "write joint hinge Name { ... }";
     (void)(take_name(p, "the kind and a name", hint, &words[0], &words[1]) &&
            take_name(p, "a name", hint, &words[2], &words[3]));
     words[4] = parse_block(p);
-    return words[4] ? parser_node(p, kind, 0, lo, words_to_extra(p, words, 5), 0) : 0;
+    return words[4] ? parser_node(p, NODE_SIM, 0, lo, words_to_extra(p, words, 5), 0) : 0;
+}
+
+// [ label ] into its Symbol, its offset and its index, on the same line.
+static void parse_label(Parser *p, uint32_t words[3]) {
+    if (!p->is_lost && parser_at(p, TOKEN_NAME) && !p->token.newline) {
+        words[0] = p->token.symbol;
+        words[1] = p->token.lo;
+        parser_advance(p);
+        if (parser_at(p, TOKEN_LBRACKET) && !p->token.newline) {
+            words[2] = parse_index(p);
+        }
+    }
+}
+
+// "joint" NAME [ label ] block
+static NodeId parse_joint(Parser *p) {
+    uint32_t lo = p->token.lo, words[6] = {0}, label[3] = {0};
+    parser_advance(p);
+    take_name(p, "the kind", "write joint hinge { ... }", &words[0], &words[1]);
+    parse_label(p, label);
+    words[2] = label[0];
+    words[3] = label[0] ? label[1] : words[1];
+    words[5] = label[2];
+    words[4] = parse_block(p);
+    return words[4] ? parser_node(p, NODE_JOINT, 0, lo, words_to_extra(p, words, 6), 0) : 0;
 }
 
 // NAME "=" expr | NAME "'" "=" expr
@@ -260,14 +284,7 @@ static NodeId parse_object(Parser *p) {
     if (parser_at(p, TOKEN_LPAREN) && !p->token.newline) {
         words[ARGS] = parse_args(p);
     }
-    if (!p->is_lost && parser_at(p, TOKEN_NAME) && !p->token.newline) {
-        words[LABEL] = p->token.symbol;
-        words[LABEL_AT] = p->token.lo;
-        parser_advance(p);
-        if (parser_at(p, TOKEN_LBRACKET) && !p->token.newline) {
-            words[LABEL_INDEX] = parse_index(p);
-        }
-    }
+    parse_label(p, &words[LABEL]);
     if (!p->is_lost && !parser_at(p, TOKEN_LBRACE)) {
         parser_error_no_block(p, first, is_dotted || words[IS_INSTANCE],
                               words[LABEL] || words[ARGS]);
@@ -315,9 +332,9 @@ static NodeId parse_named_statement(Parser *p) {
     case KEYWORD_MATRIX:
         return parse_values(p, NODE_TRANSFORM, TRANSFORM_MATRIX);
     case KEYWORD_SIM:
-        return parse_sim(p, NODE_SIM);
+        return parse_sim(p);
     case KEYWORD_JOINT:
-        return parse_sim(p, NODE_JOINT);
+        return parse_joint(p);
     case KEYWORD_ELSE:
         parser_error(p, parser_span(p->token), "else follows the '}' of an if",
                      "'else' without an 'if'");

@@ -180,6 +180,7 @@ const char *schema_property_type_text(const PropertyInfo *property) {
         [PROPERTY_TYPE_MATERIAL] = "a material",
         [PROPERTY_TYPE_FUNCTION] = "a function",
         [PROPERTY_TYPE_LIST] = "a list",
+        [PROPERTY_TYPE_NUMBER_OR_LIST] = "a number or a list of numbers",
         [PROPERTY_TYPE_WORD] = "a word",
         [PROPERTY_TYPE_WORD_OR_NUMBER] = "a word or a number",
         [PROPERTY_TYPE_WORD_OR_FUNCTION] = "a word or a function",

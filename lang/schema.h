@@ -46,7 +46,8 @@ typedef enum {
     PROPERTY_TYPE_MATERIAL,
     PROPERTY_TYPE_FUNCTION,
     PROPERTY_TYPE_LIST,
-    PROPERTY_TYPE_WORD, // one of a few bare words; its value is a string
+    PROPERTY_TYPE_NUMBER_OR_LIST, // of numbers
+    PROPERTY_TYPE_WORD,           // one of a few bare words; its value is a string
     PROPERTY_TYPE_WORD_OR_NUMBER,
     PROPERTY_TYPE_WORD_OR_FUNCTION, // the function is one of x
     PROPERTY_TYPE_TRANSFORM,        // or a rotation

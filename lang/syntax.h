@@ -42,7 +42,7 @@ typedef enum {
     NODE_PRINT,     // a = extra: values, b = their number
     NODE_TRANSFORM, // aux = Transform, a = extra: arguments, b = their number
     NODE_SIM,       // a = extra: Symbol of the kind, its offset, the name's, its offset, block
-    NODE_JOINT,     // as SIM
+    NODE_JOINT,     // as SIM, then the label's index or 0; the label is 0 where there is none
     NODE_WHEN,      // a = condition, b = block
     NODE_CLIP,      // a = Symbol, b = value
     NODE_RATE,      // a = Symbol, b = value     (x' = e)

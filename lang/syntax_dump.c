@@ -221,8 +221,13 @@ static void dump_statement(const Syntax *syntax, const Node *node, FILE *out) {
         break;
     case NODE_SIM:
     case NODE_JOINT:
-        fprintf(out, " %s %s", text_of(syntax, extra[node->a]),
-                text_of(syntax, extra[node->a + 2]));
+        fprintf(out, " %s", text_of(syntax, extra[node->a]));
+        if (extra[node->a + 2]) {
+            fprintf(out, " %s", text_of(syntax, extra[node->a + 2]));
+        }
+        if ((NodeKind)node->kind == NODE_JOINT && extra[node->a + 5]) {
+            dump_parts(syntax, &extra[node->a + 5], 1, out);
+        }
         dump_parts(syntax, &extra[node->a + 4], 1, out);
         break;
     default: // print, transform, block

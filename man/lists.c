@@ -176,6 +176,7 @@ static const Phrase type_phrases[] = {
     {"MATERIAL", "a material"},
     {"FUNCTION", "a function"},
     {"LIST", "a list"},
+    {"NUMBER_OR_LIST", "a number or a list of them"},
     {"WORD", "a word"},
     {"WORD_OR_NUMBER", "a word or a number"},
     {"WORD_OR_FUNCTION", "a word or a function"},

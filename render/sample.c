@@ -169,16 +169,22 @@ static double off_line(const Pose *a, const Pose *b, const Pose *x, double s, ui
     return x->c[c][i] - ((1 - s) * a->c[c][i] + s * b->c[c][i]);
 }
 
+// What has no radius at an end comes or goes there: in the shortest of spans its size is no error.
+static bool comes_or_goes(const Pose *a, const Pose *b, size_t i) {
+    return (a->c[3][i] == 0) != (b->c[3][i] == 0);
+}
+
 static Deviation deviation(const Cell *cell, const Pose *a, const Pose *b, const Pose *x, double s,
-                           size_t i) {
+                           size_t i, bool is_shortest) {
     uint32_t width = cell->sampler->probe.width;
+    bool has_size = width > 3 && !(is_shortest && comes_or_goes(a, b, i));
     int n_finite =
         point_is_finite(a, width, i) + point_is_finite(b, width, i) + point_is_finite(x, width, i);
     return (Deviation){
         .position = vec3(x->c[0][i], x->c[1][i], x->c[2][i]),
         .off = vec3(off_line(a, b, x, s, 0, i), off_line(a, b, x, s, 1, i),
                     off_line(a, b, x, s, 2, i)),
-        .radius_off = width > 3 ? fabs(off_line(a, b, x, s, 3, i)) : 0,
+        .radius_off = has_size ? fabs(off_line(a, b, x, s, 3, i)) : 0,
         .is_finite = n_finite == 3,
         .is_mixed = n_finite == 1 || n_finite == 2,
     };
@@ -252,6 +258,10 @@ static uint32_t view_maps(const Cell *cell, double seconds, Affine maps[VIEWS]) 
     return n;
 }
 
+static bool is_shortest(double lo, double hi) {
+    return hi - lo <= 1.0 / SAMPLE_MAX_CUTS;
+}
+
 // The error at one time: s of the way from lo to hi.
 static Measure measure_at(Cell *cell, double lo, double hi, const Pose *a, const Pose *b,
                           double s) {
@@ -265,7 +275,7 @@ static Measure measure_at(Cell *cell, double lo, double hi, const Pose *a, const
     Measure m = {0};
     bool is_fixed = sampler->pixels > 0;
     for (size_t i = 0; (n_maps > 0 || is_fixed) && i < sampler->probe.n; i++) {
-        Deviation d = deviation(cell, a, b, x, s, i);
+        Deviation d = deviation(cell, a, b, x, s, i, is_shortest(lo, hi));
         m.is_mixed |= d.is_mixed;
         if (is_fixed && d.is_finite) {
             m.error = fmax(m.error, (vec3_length(d.off) + d.radius_off) * sampler->pixels);
@@ -310,7 +320,7 @@ static void refine(Cell *cell, Span span, const Pose *a, const Pose *b, int dept
         return;
     }
     double tolerance = cell->sampler->tolerance;
-    bool is_last = span.hi - span.lo <= 1.0 / SAMPLE_MAX_CUTS || depth > SAMPLE_DEPTH;
+    bool is_last = is_shortest(span.lo, span.hi) || depth > SAMPLE_DEPTH;
     Measure m =
         measure(cell, span.lo, span.hi, a, b, depth == 0, is_last ? INFINITY : ACCEPT * tolerance);
     if (is_last || (m.error <= ACCEPT * tolerance && !m.is_mixed)) {

@@ -181,11 +181,40 @@ static void drive(const OdeRun *run, OdeBody *body, double t) {
 
 // ---- Joints and contacts
 
-static void make_joint(OdeRun *run, const RigidJoint *about) {
+static void set_joint(dJointID joint, RigidJointKind kind, int parameter, double x) {
+    if (kind == RIGID_HINGE) {
+        dJointSetHingeParam(joint, parameter, x);
+    } else if (kind == RIGID_SLIDER) {
+        dJointSetSliderParam(joint, parameter, x);
+    }
+}
+
+// Stops and strength. What has gone too far in a step comes back slowly, or it would bounce.
+static void limit_joint(dJointID joint, const RigidJoint *about, double step) {
+    const double come_back_time = 0.1;
+    set_joint(joint, about->kind, dParamLoStop, about->low);
+    set_joint(joint, about->kind, dParamHiStop, about->high);
+    set_joint(joint, about->kind, dParamStopERP, fmin(0.2, step / come_back_time));
+    set_joint(joint, about->kind, dParamFMax, about->strength);
+}
+
+// Towards their speeds of the step from t on.
+static void drive_joints(OdeRun *run, double t) {
+    for (uint32_t i = 0; i < run->sim->n_joints; i++) {
+        const RigidJoint *about = &run->sim->joints[i];
+        double in[IN_COUNT] = {[IN_T] = t, [IN_FILM_T] = t}, speed = 0;
+        if (about->speed) {
+            run->evaluate(about->speed, in, &speed);
+            set_joint(run->joints[i], about->kind, dParamVel, speed);
+        }
+    }
+}
+
+static dJointID make_joint(OdeRun *run, const RigidJoint *about) {
     dBodyID a = about->a < 0 ? NULL : run->bodies[about->a].id;
     dBodyID b = about->b < 0 ? NULL : run->bodies[about->b].id;
     const double *p = about->at, *d = about->axis;
-    dJointID joint;
+    dJointID joint = NULL;
     for (int i = 0; i < 2; i++) {
         int32_t body = i == 0 ? about->a : about->b;
         if (body >= 0) {
@@ -215,6 +244,8 @@ static void make_joint(OdeRun *run, const RigidJoint *about) {
         dJointSetFixed(joint);
         break;
     }
+    limit_joint(joint, about, run->sim->step);
+    return joint;
 }
 
 // ---- Steps
@@ -280,6 +311,7 @@ static bool do_step(OdeRun *run, double t) {
         }
         body->touches = false;
     }
+    drive_joints(run, t + sim->step / 2);
     if (!sim_ode_touch(run)) {
         return refuse(run, UINT32_MAX, t, "there is no memory for its contacts");
     }
@@ -318,10 +350,15 @@ static bool set_up(OdeRun *run) {
             dBodySetAutoDisableFlag(run->bodies[sim->members[m]].id, 0);
         }
     }
-    for (uint32_t i = 0; run->bodies && i < sim->n_joints; i++) {
-        make_joint(run, &sim->joints[i]);
+    run->joints = calloc(sim->n_joints + 1, sizeof *run->joints);
+    for (uint32_t i = 0; run->bodies && run->joints && i < sim->n_joints; i++) {
+        const RigidJoint *about = &sim->joints[i];
+        run->joints[i] = make_joint(run, about);
+        if (about->speed) { // nor is what a motor may move
+            dBodySetAutoDisableFlag(run->bodies[about->a].id, 0);
+        }
     }
-    return run->bodies != NULL;
+    return run->bodies && run->joints;
 }
 
 int sim_ode_send(const SimRigid *sim, RigidEvaluate *evaluate, int fd) {

@@ -37,6 +37,7 @@ typedef struct {
     dSpaceID space;
     dJointGroupID contacts;
     OdeBody *bodies;
+    dJointID *joints; // [n_joints]
     FILE *out;
     OdeTouch *touches; // of this step
     dContact *points;

@@ -30,7 +30,7 @@ typedef struct {
 } Run;
 
 const char *sim_rigid_library(void) {
-    return "ODE 0.16, driver 6";
+    return "ODE 0.16, driver 7";
 }
 
 // ---- Courses

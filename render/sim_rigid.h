@@ -57,12 +57,16 @@ typedef struct {
     double velocity[3], spin[3]; // m/s, rad/s
 } RigidBody;
 
+// HINGE and SLIDER have stops, strength and speed.
 typedef enum { RIGID_HINGE, RIGID_BALL, RIGID_SLIDER, RIGID_FIXED } RigidJointKind;
 
 typedef struct {
     RigidJointKind kind;
     int32_t a, b;          // indices of bodies, -1: the world
     double at[3], axis[3]; // in the world
+    double low, high;      // radians or metres from the start; infinite: no stops
+    double strength;       // newton metres or newtons, at most, towards the speed; 0: none
+    const Program *speed;  // 1 out, of a against b, by the second; reads IN_T. NULL: 0
 } RigidJoint;
 
 typedef struct {

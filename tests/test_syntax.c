@@ -67,6 +67,8 @@ static const struct {
     {"sim state S { x' = -x when x < 0 { x = 1 } }",
      "(sim state S (block (rate x (- x)) (when (< x 0) (block (= x 1)))))\n"},
     {"joint hinge Door { }", "(joint hinge Door (block))\n"},
+    {"joint ball Pin[i] { }", "(joint ball Pin i (block))\n"},
+    {"joint slider { }", "(joint slider (block))\n"},
     {"sphere { }", "(object sphere (block))\n"},
     {"sphere\n{\n}", "(object sphere (block))\n"},
     {"a.b.c(1, r = 2) Left[i + 1] { x = 1 }",

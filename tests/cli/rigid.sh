@@ -143,6 +143,44 @@ END
     all_below 1e-2
 }
 
+# Stops, friction and motors of hinges and sliders.
+test_rigid_joints_with_stops_and_strength() {
+    cat >a.st4 <<'END'
+sphere { }
+sim rigid S {
+  span = 0..6  gravity = 0*x
+  body A { box { }  spin = 2*z }
+  joint hinge { a = A  range = -45deg..90deg }
+  body B { box { }  spin = -2*z  translate 5*x }
+  joint hinge { a = B  at = 5*x  range = -45deg..90deg }
+  for i in 0..1 {
+    body Slide[i] { box { }  mass = 3kg  vel = (1 - 2*i)*2*z  translate (10 + 5*i)*x }
+    joint slider Rail[i] { a = Slide[i]  range = -1..2 }
+  }
+  body Brake { box { }  mass = 3kg  vel = 3*z  translate 20*x }
+  joint slider { a = Brake  strength = 3 }
+  body Motor { box { }  mass = 6kg  translate 25*x }
+  joint hinge { a = Motor  at = 25*x  strength = 2  speed = t < 4 ? 3 : -3 }
+  body H { box { }  mass = 6kg  translate 30*x }
+  body I { box { }  mass = 6kg  translate 30*x + 5*z }
+  joint hinge { a = H  b = I  at = 30*x  strength = 2  speed = 1 }
+  body Late { box { }  mass = 6kg  translate 35*x }
+  joint hinge { a = Late  at = 35*x  strength = 2  speed = max(0, t - 4) }
+}
+fn turn(b) = atan2(dot(b.turn*x, y), dot(b.turn*x, x))/1rad
+let slow = min(t, 3)
+END
+    at a.st4 '0..6 by 0.25' 'turn(S.A) - min(2*t, pi/2)' 'turn(S.B) - max(-2*t, -pi/4)' \
+        'S.Slide[0].pos.z - min(2*t, 2)'
+    all_below 5e-3
+    at a.st4 '0..2 by 0.25' 'S.Slide[1].pos.z - max(-2*t, -1)'
+    all_below 0.1
+    at a.st4 '0.01..5.9 by 0.25' 'S.Brake.pos.z - 3*slow + slow^2/2' \
+        'S.Motor.spin.z - min(2*t, 3) + 2*max(0, t - 4)' 'S.H.spin.z - min(2*t, 0.5)' \
+        'S.I.spin.z + min(2*t, 0.5)' 'S.Late.spin.z - max(0, t - 4)'
+    all_below 5e-3
+}
+
 # Hulls, meshes and capsules slide, roll and lie as what they are.
 test_rigid_shapes_of_triangles() {
     cat >a.st4 <<'END'
@@ -185,6 +223,36 @@ END
     all_below 1e-4
     at a.st4 '0..1 by 0.1' 'Drop.Cone.pos.y - t^2/2/(pi*4/3*0.99715)'
     all_below 1e-4
+}
+
+# Copies of defs, groups, loops and choices, scaled or not; what is scaled is a hull.
+test_rigid_bodies_of_defs() {
+    cat >a.st4 <<'END'
+film { frames = 1..48 }
+def Wheel(r = 0.3) {
+  cylinder { from = <0, 0, -0.1>  to = <0, 0, 0.1>  radius = r }
+  for i in 0..2 { box { size = <0.05, r, 0.25>  rotate z, 60deg*i } }
+  lamp { power = 3 }
+}
+def Cart {
+  scale 2
+  Wheel { translate <0.5, 0, 0> }
+  group { translate <-0.5, 0, 0>  Wheel { rotate z, 20deg } }
+}
+sim rigid S {
+  fixed { plane { } }
+  fixed { for k in 0..3 { quad { size = <4, 0.2>  rotate y, 90deg*k  translate <20, 0.1, 0> } } }
+  body Wheel { Wheel { }  translate 0.5*y }
+  body Cross { for k in 0..1 { box { size = <1, 0.1, 0.1>  rotate y, 90deg*k } }  if true { sphere { radius = 0.2 } }  translate <3, 2, 0> }
+  body Cart { Cart { }  translate <6, 1, 0> }
+  body Egg { sphere { scale <1, 0.5, 1> }  translate <9, 1, 0> }
+}
+END
+    at a.st4 '[1.9]' 'S.Wheel.pos - 0.3*y' 'S.Cross.pos - <3, 0.2, 0>' 'S.Cart.pos - <6, 0.6, 0>' 'S.Egg.pos.y - 0.5'
+    all_below 2e-3
+    sed 's/body Wheel { Wheel { }/body Wheel { instance Wheel { speed = 2 }/' a.st4 >b.st4
+    expect 1 "$ST4" sim b.st4
+    has "$err" 'has no clock of its own'
 }
 
 a_pile() {
@@ -333,6 +401,15 @@ test_rigid_mistakes() {
     refused "$start body B { plane { } } }" 'a plane of a sim rigid stands still'
     refused "$start body B[1] { box { } } }" 'numbered 0, 1, 2'
     refused "$start body B { box { } } joint hinge J { a = C } }" "no body is called 'C'"
+    refused "$start body B { box { } } joint hinge { a = B[\"x\"] } }" 'index is a number, this is a string'
+    refused "$start body B { box { } } joint hinge J[t] { a = B } }" "index must be known"
+    refused "$start body B { box { } } joint hinge { a = B  range = -1..1 } }" 'goes from an angle to another'
+    refused "$start body B { box { } } joint hinge { a = B  range = 10deg..90deg } }" '0 is in it'
+    refused "$start body B { box { } } joint hinge { a = B  range = 0deg..200deg } }" 'less than half a turn'
+    refused "$start body B { box { } } joint slider { a = B  range = -1deg..1deg } }" 'goes from a length to another'
+    refused "$start body B { box { } } joint ball { a = B  strength = 1 } }" 'belongs to a hinge or a slider'
+    refused "$start body B { box { } } joint hinge { a = B  speed = 1 } }" 'is nothing without strength'
+    refused "$start body B { box { } } joint hinge { a = B  strength = t } }" 'must be known'
     refused "$start body B { box { } } joint hing J { a = B } }" 'there is no joint hing'
     refused "$start fixed { plane { } } }" 'no bodies that move'
     refused "$start box { } }" 'holds body, fixed and joint'

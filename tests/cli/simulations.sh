@@ -430,6 +430,40 @@ END
     all_below 1e-6
 }
 
+# That points come and go is no motion that is missed; that they jump or swell all at once, more than
+# are looked at one by one, is. Sizes are a list of the simulation's too.
+test_sim_points_come_and_go() {
+    cat >a.st4 <<'END'
+film { size = <64, 36>  frames = 1..24 }
+camera { from = <0, 0, 5>  to = 0*x }
+sim state S {
+  count = 600  span = 0..1
+  born = 0.1 + 0.3*id/600
+  dies = 0.5 + 0.4*id/600
+  at = <id/300 - 1, -0.5, 0>
+  size = 0.1
+  at' = y
+  size' = 0.1
+  when t > 0.3 + 0.5*id/600 { size = size }
+}
+points { at = S.at  radius = S.size }
+END
+    expect 0 "$ST4" check a.st4
+    lacks "$err" tolerance-missed
+    sed 's/{ size = size }/{ size = 3*size }/' a.st4 >b.st4
+    expect 0 "$ST4" check b.st4
+    has "$err" tolerance-missed
+    sed 's/{ size = size }/{ at = at + x }/' a.st4 >b.st4
+    expect 0 "$ST4" check b.st4
+    has "$err" tolerance-missed
+    sed 's/S.size }/[0.1, 0.2] }/' a.st4 >b.st4
+    expect 1 "$ST4" check b.st4
+    has "$err" 'there are 600 points and 2 radii'
+    sed 's/S.size }/S.at }/' a.st4 >b.st4
+    expect 1 "$ST4" check b.st4
+    has "$err" 'radius is a number or a list of numbers, item 0 is a vector of 3'
+}
+
 # The scene of sparks: born one after another, never below the floor.
 a_scene_of_sparks() {
     cat >sparks.st4 <<'END'

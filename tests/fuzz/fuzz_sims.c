@@ -96,7 +96,8 @@ static void write_joint(Writer *w, int depth) {
     static const char *const kinds[] = {"hinge", "ball", "slider", "fixed", "state"};
     fuzz_put(w, "joint ");
     PUT_ONE_OF(w, kinds);
-    fuzz_put(w, " g { a = ");
+    fuzz_put(w, fuzz_one_in(w, 2) ? " " : fuzz_one_in(w, 2) ? " g " : " g[1] ");
+    fuzz_put(w, "{ a = ");
     write_label(w);
     if (fuzz_one_in(w, 2)) {
         fuzz_put(w, "  b = ");

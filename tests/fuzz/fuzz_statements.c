@@ -29,6 +29,7 @@ static void write_value(Writer *w, const PropertyInfo *info, int depth) {
                                       [PROPERTY_TYPE_MATERIAL] = WRITE_MATERIAL,
                                       [PROPERTY_TYPE_FUNCTION] = WRITE_VEC3,
                                       [PROPERTY_TYPE_LIST] = WRITE_LIST,
+                                      [PROPERTY_TYPE_NUMBER_OR_LIST] = WRITE_NUMBER,
                                       [PROPERTY_TYPE_WORD] = WRITE_STRING,
                                       [PROPERTY_TYPE_WORD_OR_NUMBER] = WRITE_NUMBER,
                                       [PROPERTY_TYPE_WORD_OR_FUNCTION] = WRITE_STRING,
