@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// What this processor has, and which kernels were chosen.
 #include "accel/cpu.h"
 
 #include <stdatomic.h>

@@ -5,7 +5,9 @@
 #include <string.h>
 
 // Local units; origins within are used as they are.
-static const double FAR_ORIGIN = 4, NEAR_ENOUGH = 0x1p20;
+static const double FAR_ORIGIN = 4;
+// From within this one step to the object is exact enough.
+static const double NEAR_ENOUGH = 0x1p20;
 // Exponents of the scale are kept so far from double's own limits that products cannot overflow.
 enum { EXPONENT_LIMIT = 500 };
 
@@ -21,17 +23,15 @@ static double largest_of(Vec3 a) {
     return z > larger ? z : larger;
 }
 
-// As frexp() and ldexp() give them, for a number that is neither tiny nor huge: its power is *e,
-// and *factor is 2^-*e, so that what is multiplied by it comes out as from ldexp(). This is asked
-// for every ray and every object.
-static bool power_of(double x, int *e, double *factor) {
+// 2^-e for the e of frexp(): what is multiplied by it comes out as from ldexp(). False: x is tiny
+// or huge. Without a call, since this is asked for every ray and every object.
+static bool inverse_power(double x, double *factor) {
     uint64_t bits;
     memcpy(&bits, &x, sizeof bits);
     int power = (int)(bits >> 52 & 0x7ff) - 1022;
     if (power < -EXPONENT_LIMIT || power > EXPONENT_LIMIT) {
         return false;
     }
-    *e = power;
     bits = (uint64_t)(1023 - power) << 52;
     memcpy(factor, &bits, sizeof *factor);
     return true;
@@ -50,8 +50,8 @@ Frame frame_from_box(Vec3 lo, Vec3 hi) {
 }
 
 // Moves *o along d to where it is nearest to 0; the distance moved. The first step leaves an error
-// of 2^-53 of the distance along the ray, which a second and a third take away: from near enough it
-// is nothing beside the rounding to float.
+// of 2^-53 of the distance along the ray, which a second and a third take away; from near enough
+// it is nothing beside the rounding to float.
 static double advance(Vec3 *o, Vec3 d, double far) {
     double moved = 0, dd = vec3_dot(d, d);
     for (int i = 0; i < (far > NEAR_ENOUGH ? 3 : 1); i++) {
@@ -78,13 +78,13 @@ bool frame_ray(const Frame *frame, Vec3 origin, Vec3 dir, double tmin, double tm
         return false;
     }
     // A power of two, so the direction keeps its bits and its largest component is in [0.5, 1).
-    int e;
     double factor, unit;
     Vec3 d;
-    if (power_of(largest, &e, &factor)) {
+    if (inverse_power(largest, &factor)) {
         d = vec3_scale(dir, factor);
         unit = factor / frame->scale;
     } else {
+        int e;
         frexp(largest, &e);
         d = vec3(ldexp(dir.x, -e), ldexp(dir.y, -e), ldexp(dir.z, -e));
         unit = ldexp(1 / frame->scale, -e);
