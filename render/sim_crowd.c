@@ -8,7 +8,7 @@
 // ---- Steps
 
 // The largest error of a step by what is allowed, whose it is being c->bad.
-static double error_of(Crowd *c, const Level *l, double step) {
+static double error_of(Crowd *c, const CrowdLevel *l, double step) {
     double most = 0;
     for (size_t i = 0; i < (size_t)c->sim->n_states * l->n; i++) {
         double error = fabs(runge_error(step, l->k, i)) / crowd_allowed(c, l->next[i]);
@@ -29,7 +29,7 @@ static double growth(double error) {
 
 // From t towards `to`, *end being how far. False: reported.
 static bool take_step(Crowd *c, uint32_t depth, double t, double to, double *end) {
-    Level *l = &c->levels[depth];
+    CrowdLevel *l = &c->levels[depth];
     const double shortest = 1e-9 * (c->sim->high - c->sim->low);
     bool is_finite = true;
     l->step = fmin(l->step, crowd_longest_step(c, l));
@@ -63,16 +63,10 @@ static bool take_step(Crowd *c, uint32_t depth, double t, double to, double *end
 
 // ---- The way of a level
 
-static void swap(double **a, double **b) {
-    double *c = *a;
-    *a = *b;
-    *b = c;
-}
-
 // A step of the level from t towards `to`; *from is the first instant within it at which something
 // happens, INFINITY: none does. False: reported.
 static bool step_on(Crowd *c, uint32_t depth, double t, double to, double *from, double *end) {
-    Level *l = &c->levels[depth];
+    CrowdLevel *l = &c->levels[depth];
     if (l->n == 0) {
         *from = *end = fmin(to, c->run->birth[l->later[0]]);
         return true;
@@ -95,7 +89,7 @@ static bool step_on(Crowd *c, uint32_t depth, double t, double to, double *from,
 
 // The step that the level made from t ends at `end`, where something happens. False: reported.
 static bool cut(Crowd *c, uint32_t depth, double t, double end) {
-    Level *l = &c->levels[depth];
+    CrowdLevel *l = &c->levels[depth];
     for (uint32_t i = 0; i < l->n; i++) {
         crowd_cut_draft(c, l->who[i], end);
     }
@@ -105,15 +99,15 @@ static bool cut(Crowd *c, uint32_t depth, double t, double end) {
 }
 
 bool crowd_advance(Crowd *c, uint32_t depth, double t, double to) {
-    Level *l = &c->levels[depth];
+    CrowdLevel *l = &c->levels[depth];
     while (t < to && (l->n || l->n_later)) {
         double end, from;
         if (!step_on(c, depth, t, to, &from, &end)) {
             return false;
         }
         if (from == INFINITY) {
-            swap(&l->y, &l->next);
-            swap(&l->k[0], &l->k[RUNGE_STAGES - 1]);
+            crowd_swap(&l->y, &l->next);
+            crowd_swap(&l->k[0], &l->k[RUNGE_STAGES - 1]);
         } else {
             CrowdOutcome outcome = l->n ? crowd_go_back(c, depth, t, &from, &end) : CROWD_CUT;
             end = outcome == CROWD_CUT ? from : end;
@@ -145,7 +139,7 @@ static int compare_births(const void *a, const void *b) {
 
 // Who is ever there, in order of birth; false: no memory.
 static bool find_births(Crowd *c, uint32_t *n) {
-    const Run *run = c->run;
+    const SimRun *run = c->run;
     Birth *births = malloc(c->sim->n_members * sizeof *births);
     *n = 0;
     for (uint32_t j = 0; births && j < c->sim->n_members; j++) {
@@ -178,13 +172,13 @@ static bool start(Crowd *c) {
 
 // The ends of all courses: those at rest stay as they are until they die.
 static void finish(Crowd *c) {
-    Run *run = c->run;
+    SimRun *run = c->run;
     for (uint32_t j = 0; j < c->sim->n_members; j++) {
-        const Member *member = &c->members[j];
+        const CrowdMember *member = &c->members[j];
         const double *held = c->held + j;
         sim_run_end_arc(run, j, c->first[j]);
         if (member->rests) {
-            run->rests[j] = (Rest){true, member->rest_time};
+            run->rests[j] = (SimRest){true, member->rest_time};
             sim_run_add_still(run, j, held, c->sim->n_members, member->rest_time, run->end[j]);
         }
         if (run->courses[j].n == 0) {
@@ -195,7 +189,7 @@ static void finish(Crowd *c) {
 
 static bool run_crowd(Crowd *c) {
     const SimState *sim = c->sim;
-    Level *all = &c->levels[0];
+    CrowdLevel *all = &c->levels[0];
     uint32_t n_later;
     if (!start(c)) {
         return false;
@@ -215,7 +209,7 @@ static bool run_crowd(Crowd *c) {
     return true;
 }
 
-bool sim_crowd_run(Run *run) {
+bool sim_crowd_run(SimRun *run) {
     const SimState *sim = run->sim;
     size_t n_members = sim->n_members, n = sim->n_states * n_members;
     Crowd *c = calloc(1, sizeof *c);

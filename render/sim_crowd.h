@@ -14,6 +14,6 @@
 #include "render/sim_state_parts.h"
 
 // Follows all members over the span. False: reported.
-bool sim_crowd_run(Run *run);
+bool sim_crowd_run(SimRun *run);
 
 #endif

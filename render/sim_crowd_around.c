@@ -115,7 +115,7 @@ bool crowd_go_astray(Crowd *c, const uint32_t *who, uint32_t n) {
 // ---- Time
 
 // The largest share of a radius that any member of a level moves in a second, by its rates.
-static double speed_of(const Crowd *c, const Level *l) {
+static double speed_of(const Crowd *c, const CrowdLevel *l) {
     double most = 0;
     for (uint32_t g = 0; g < c->sim->n_nears; g++) {
         const SimNear *near = &c->sim->nears[g];
@@ -131,7 +131,7 @@ static double speed_of(const Crowd *c, const Level *l) {
     return most;
 }
 
-double crowd_longest_step(const Crowd *c, Level *l) {
+double crowd_longest_step(const Crowd *c, CrowdLevel *l) {
     double speed = speed_of(c, l);
     l->fastest = fmax(l->fastest, speed);
     return 1 / speed;

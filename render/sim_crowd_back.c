@@ -11,7 +11,7 @@ double crowd_allowed(const Crowd *c, double x) {
 
 // ---- Who goes back
 
-static uint32_t born_by(const Crowd *c, const Level *l, double end) {
+static uint32_t born_by(const Crowd *c, const CrowdLevel *l, double end) {
     uint32_t n = 0;
     while (n < l->n_later && c->run->birth[l->later[n]] <= end) {
         n++;
@@ -19,7 +19,7 @@ static uint32_t born_by(const Crowd *c, const Level *l, double end) {
     return n;
 }
 
-static uint32_t n_hit(const Level *l) {
+static uint32_t n_hit(const CrowdLevel *l) {
     uint32_t n = 0;
     for (uint32_t i = 0; i < l->n; i++) {
         n += l->is_hit[i];
@@ -27,12 +27,12 @@ static uint32_t n_hit(const Level *l) {
     return n;
 }
 
-static bool is_few(const Level *l, uint32_t n_born) {
+static bool is_few(const CrowdLevel *l, uint32_t n_born) {
     return 2 * ((uint64_t)n_hit(l) + n_born) <= l->n;
 }
 
 // Marks those to whom something happens by then. Whether that is few.
-static bool mark_hit(Crowd *c, Level *l, double end) {
+static bool mark_hit(Crowd *c, CrowdLevel *l, double end) {
     for (uint32_t i = 0; i < l->n; i++) {
         l->is_hit[i] = l->hit[i] <= end;
     }
@@ -43,7 +43,7 @@ static bool mark_hit(Crowd *c, Level *l, double end) {
 // becomes so short that it does to fewer. False: that was not found.
 static bool shorten(Crowd *c, uint32_t depth, double t, double *from, double *end) {
     enum { TIMES = 3, PARTS = 8 };
-    Level *l = &c->levels[depth];
+    CrowdLevel *l = &c->levels[depth];
     const double whole = *end;
     bool are_few = mark_hit(c, l, *end);
     for (int i = 0; i < TIMES && !are_few; i++) {
@@ -68,7 +68,7 @@ static bool shorten(Crowd *c, uint32_t depth, double t, double *from, double *en
 }
 
 // Lists in l->some, with their rows, the members of the level that are hit. Returns how many.
-static uint32_t list_hit(Level *l) {
+static uint32_t list_hit(CrowdLevel *l) {
     uint32_t n = 0;
     for (uint32_t i = 0; i < l->n; i++) {
         l->source[n] = i;
@@ -79,7 +79,7 @@ static uint32_t list_hit(Level *l) {
 }
 
 // Likewise those that are not and are among those around.
-static uint32_t list_others(Level *l, SimMembers around) {
+static uint32_t list_others(CrowdLevel *l, SimMembers around) {
     uint32_t n = 0, k = 0;
     for (uint32_t i = 0; i < l->n; i++) {
         while (around.who && k < around.n && around.who[k] < l->who[i]) {
@@ -96,7 +96,7 @@ static uint32_t list_others(Level *l, SimMembers around) {
 // ---- Going back
 
 // Who goes back is as at the time `from` again.
-static void restore(Crowd *c, const Level *l, uint32_t n_born, double from) {
+static void restore(Crowd *c, const CrowdLevel *l, uint32_t n_born, double from) {
     const size_t n_members = c->sim->n_members;
     for (uint32_t i = 0; i < l->n; i++) {
         if (l->is_hit[i]) {
@@ -106,7 +106,7 @@ static void restore(Crowd *c, const Level *l, uint32_t n_born, double from) {
     }
     for (uint32_t b = 0; b < n_born; b++) {
         uint32_t j = l->later[b];
-        c->members[j] = (Member){0};
+        c->members[j] = (CrowdMember){0};
         crowd_cut_draft(c, j, from);
         for (uint32_t k = 0; k < c->sim->n_states; k++) {
             c->held[k * n_members + j] = c->starts[k * n_members + j];
@@ -115,7 +115,7 @@ static void restore(Crowd *c, const Level *l, uint32_t n_born, double from) {
 }
 
 // Adds those to be born in the step.
-static SimMembers list_back(Crowd *c, Level *l, uint32_t n_born, uint32_t *out) {
+static SimMembers list_back(Crowd *c, CrowdLevel *l, uint32_t n_born, uint32_t *out) {
     uint32_t n = list_hit(l);
     memcpy(l->some + n, l->later, n_born * sizeof *l->some); // there is room: they are few
     return crowd_around(c, l->some, n + n_born, out);
@@ -124,7 +124,7 @@ static SimMembers list_back(Crowd *c, Level *l, uint32_t n_born, uint32_t *out) 
 // Those of the level that are hit, and those born in the step from t, begin at `from` again, as a
 // level of their own. False: reported.
 static bool go_back(Crowd *c, uint32_t depth, double t, double from, uint32_t n_born) {
-    Level *l = &c->levels[depth], *inner = &c->levels[depth + 1];
+    CrowdLevel *l = &c->levels[depth], *inner = &c->levels[depth + 1];
     uint32_t n = list_hit(l);
     if (!crowd_reserve(c, depth + 1, n + n_born)) {
         return sim_run_fail(c->run, 0, t, SIM_NO_MEMORY);
@@ -177,7 +177,7 @@ static bool matters(const Crowd *c, double rate, double before, double time, dou
 // Whether any others notice at t those that went back to `from`: they are marked as hit too. Else
 // *n of them are listed with their rates in l->spare.
 static bool notice(Crowd *c, uint32_t depth, double from, double t, double end, uint32_t *n) {
-    Level *l = &c->levels[depth];
+    CrowdLevel *l = &c->levels[depth];
     bool do_any = false;
     *n = list_others(l, c->levels[depth + 1].among);
     look_again(c, (SimMembers){l->some, *n}, crowd_around(c, l->some, *n, l->wide), t, l->spare);
@@ -211,8 +211,8 @@ static bool notice_later(Crowd *c, uint32_t depth, double from, double end, uint
 // The level at the end of the step: those that went back as they are there, the others with their
 // rates there, which are the last of the step, or newer ones of the n listed in l->spare.
 static void join(Crowd *c, uint32_t depth, uint32_t n_listed, uint32_t n_born) {
-    Level *l = &c->levels[depth];
-    const Level *inner = &c->levels[depth + 1];
+    CrowdLevel *l = &c->levels[depth];
+    const CrowdLevel *inner = &c->levels[depth + 1];
     double *last = l->k[RUNGE_STAGES - 1];
     uint32_t n_states = c->sim->n_states, a = 0, b = 0;
     for (size_t at = 0; at < (size_t)n_states * n_listed; at++) {
@@ -240,7 +240,7 @@ static void join(Crowd *c, uint32_t depth, uint32_t n_listed, uint32_t n_born) {
 // One try at it. *is_void: it was for nothing, as somebody went astray, or notices.
 static CrowdOutcome move(Crowd *c, uint32_t depth, double from, double end, uint32_t n_born,
                          bool *is_void, uint32_t *n_listed) {
-    Level *l = &c->levels[depth], *inner = &c->levels[depth + 1];
+    CrowdLevel *l = &c->levels[depth], *inner = &c->levels[depth + 1];
     *is_void = notice(c, depth, from, from, end, n_listed);
     if (*is_void) {
         return CROWD_DONE;
@@ -260,7 +260,7 @@ static CrowdOutcome move(Crowd *c, uint32_t depth, double from, double end, uint
 }
 
 CrowdOutcome crowd_go_back(Crowd *c, uint32_t depth, double t, double *from, double *end) {
-    Level *l = &c->levels[depth];
+    CrowdLevel *l = &c->levels[depth];
     if (!c->is_local || depth + 1 >= CROWD_LEVELS || c->wasted > c->work / 2 ||
         !shorten(c, depth, t, from, end)) {
         return CROWD_CUT;

@@ -9,7 +9,7 @@ enum { MOST_PIECES = 256 }; // of an arc, until fewer are made of them
 
 // ---- Levels
 
-static void free_level(Level *l) {
+static void free_level(CrowdLevel *l) {
     double *const columns[] = {l->y, l->next, l->old, l->spare, l->last, l->now, l->base, l->hit};
     for (size_t i = 0; i < sizeof columns / sizeof columns[0]; i++) {
         free(columns[i]);
@@ -26,7 +26,7 @@ static void free_level(Level *l) {
     free(l->some);
     free(l->source);
     free(l->saved);
-    *l = (Level){0};
+    *l = (CrowdLevel){0};
 }
 
 void crowd_free_levels(Crowd *c) {
@@ -36,7 +36,7 @@ void crowd_free_levels(Crowd *c) {
 }
 
 bool crowd_reserve(Crowd *c, uint32_t depth, uint32_t n) {
-    Level *l = &c->levels[depth];
+    CrowdLevel *l = &c->levels[depth];
     size_t n_states = (size_t)n * c->sim->n_states, n_whens = (size_t)n * c->sim->n_whens + 1;
     if (n <= l->capacity) {
         return true;
@@ -117,7 +117,7 @@ void crowd_place_all(Crowd *c, SimMembers members, double t) {
     }
 }
 
-void crowd_read_drafts(Crowd *c, const Level *l, double t, double *out) {
+void crowd_read_drafts(Crowd *c, const CrowdLevel *l, double t, double *out) {
     for (uint32_t i = 0; i < l->n; i++) {
         crowd_place(c, l->who[i], t);
         for (uint32_t k = 0; k < c->sim->n_states; k++) {
@@ -126,7 +126,7 @@ void crowd_read_drafts(Crowd *c, const Level *l, double t, double *out) {
     }
 }
 
-void crowd_put(Crowd *c, const Level *l, const double *y) {
+void crowd_put(Crowd *c, const CrowdLevel *l, const double *y) {
     for (uint32_t k = 0; k < c->sim->n_states; k++) {
         double *live = c->sim->live + (size_t)k * c->sim->n_members;
         for (uint32_t i = 0; i < l->n; i++) {
@@ -136,7 +136,7 @@ void crowd_put(Crowd *c, const Level *l, const double *y) {
 }
 
 bool crowd_rates(Crowd *c, uint32_t depth, double t, const double *y, double *out) {
-    const Level *l = &c->levels[depth];
+    const CrowdLevel *l = &c->levels[depth];
     size_t n = (size_t)c->sim->n_states * l->n;
     if (n == 0) {
         return true;
@@ -154,7 +154,7 @@ bool crowd_rates(Crowd *c, uint32_t depth, double t, const double *y, double *ou
 
 // ---- Drafts
 
-void crowd_draft(Crowd *c, const Level *l, double t, double end) {
+void crowd_draft(Crowd *c, const CrowdLevel *l, double t, double end) {
     double *const *k = l->k;
     for (uint32_t i = 0; i < l->n; i++) {
         uint32_t j = l->who[i];

@@ -2,24 +2,23 @@
 // What happens within a step, and at an instant.
 #include "render/sim_crowd_parts.h"
 
-#include <stdlib.h>
 #include <string.h>
 
-static size_t n_conditions(const Crowd *c, const Level *l) {
+static size_t n_conditions(const Crowd *c, const CrowdLevel *l) {
     return (size_t)c->sim->n_whens * l->n;
 }
 
 // ---- Looking for it
 
 // The conditions at t of those members of the level that l->some lists, by their drafts.
-static void look_at(Crowd *c, Level *l, uint32_t n, double t, double *out) {
+static void look_at(Crowd *c, CrowdLevel *l, uint32_t n, double t, double *out) {
     for (uint32_t i = 0; i < n; i++) {
         crowd_place(c, l->some[i], t);
     }
     sim_equations_conditions(c->equations, t, (SimMembers){l->some, n}, l->among, out);
 }
 
-static bool has_changed(const Level *l, size_t n, const double *before) {
+static bool has_changed(const CrowdLevel *l, size_t n, const double *before) {
     bool is = false;
     for (size_t i = 0; i < n; i++) {
         is = is || (before[i] >= 0 && l->now[i] < 0);
@@ -27,7 +26,7 @@ static bool has_changed(const Level *l, size_t n, const double *before) {
     return is;
 }
 
-static void note_changes(Level *l, size_t n, double t) {
+static void note_changes(CrowdLevel *l, size_t n, double t) {
     for (size_t i = 0; i < n; i++) {
         if (l->last[i] >= 0 && l->now[i] < 0) {
             l->hit[i % l->n] = fmin(l->hit[i % l->n], t);
@@ -37,7 +36,7 @@ static void note_changes(Level *l, size_t n, double t) {
 
 // Narrows an interval in which the first conditions of a level become true, which did not hold at
 // its beginning (l->base), down to neighbouring instants; marks them in fires. Returns the later.
-static double narrow(Crowd *c, Level *l, double low, double high) {
+static double narrow(Crowd *c, CrowdLevel *l, double low, double high) {
     uint32_t n_some = 0, n_whens = c->sim->n_whens;
     double *base = l->last; // of those that may be the first
     for (uint32_t i = 0; i < l->n; i++) {
@@ -65,7 +64,7 @@ static double narrow(Crowd *c, Level *l, double low, double high) {
 }
 
 // The first event of the level's members in (t, end], as far as eight looks show.
-static double first_event(Crowd *c, Level *l, double t, double end) {
+static double first_event(Crowd *c, CrowdLevel *l, double t, double end) {
     enum { LOOKS = 8 };
     size_t n = n_conditions(c, l);
     double low = t, high = t, from = t, to = INFINITY;
@@ -90,7 +89,7 @@ static double first_event(Crowd *c, Level *l, double t, double end) {
 }
 
 double crowd_look(Crowd *c, uint32_t depth, double t, double end) {
-    Level *l = &c->levels[depth];
+    CrowdLevel *l = &c->levels[depth];
     for (uint32_t i = 0; i < l->n; i++) {
         l->hit[i] = INFINITY;
     }
@@ -114,22 +113,16 @@ double crowd_look(Crowd *c, uint32_t depth, double t, double end) {
 
 // ---- Doing it
 
-static void swap(double **a, double **b) {
-    double *c = *a;
-    *a = *b;
-    *b = c;
-}
-
 // Rows become those of l->source, of members l->some: of the states, of the rates and conditions
 // before, of what fires.
-static void remake(Crowd *c, Level *l, uint32_t n) {
+static void remake(Crowd *c, CrowdLevel *l, uint32_t n) {
     uint32_t n_states = c->sim->n_states, n_whens = c->sim->n_whens;
     crowd_carry(l->y, l->n, l->source, n, n_states, l->spare);
-    swap(&l->y, &l->spare);
+    crowd_swap(&l->y, &l->spare);
     crowd_carry(l->old, l->n, l->source, n, n_states, l->spare);
-    swap(&l->old, &l->spare);
+    crowd_swap(&l->old, &l->spare);
     crowd_carry(l->last, l->n, l->source, n, n_whens, l->now);
-    swap(&l->last, &l->now);
+    crowd_swap(&l->last, &l->now);
     for (uint32_t w = 0; w < n_whens; w++) {
         for (uint32_t i = 0; i < n; i++) {
             bool is_new = l->source[i] == CROWD_NO_ROW;
@@ -141,7 +134,7 @@ static void remake(Crowd *c, Level *l, uint32_t n) {
     l->n = n;
 }
 
-static void leave(Crowd *c, const Level *l, uint32_t i) {
+static void leave(Crowd *c, const CrowdLevel *l, uint32_t i) {
     uint32_t j = l->who[i];
     for (uint32_t k = 0; k < c->sim->n_states; k++) {
         c->held[(size_t)k * c->sim->n_members + j] = l->y[(size_t)k * l->n + i];
@@ -150,7 +143,7 @@ static void leave(Crowd *c, const Level *l, uint32_t i) {
 }
 
 // A new member in the list of those that will be the level's.
-static void insert(Level *l, uint32_t n, uint32_t j) {
+static void insert(CrowdLevel *l, uint32_t n, uint32_t j) {
     while (n > 0 && l->some[n - 1] > j) {
         l->some[n] = l->some[n - 1];
         l->source[n] = l->source[n - 1];
@@ -161,7 +154,7 @@ static void insert(Level *l, uint32_t n, uint32_t j) {
 }
 
 // Who has died or rests leaves, who is born comes. Whether anybody did.
-static bool come_and_go(Crowd *c, Level *l, double t) {
+static bool come_and_go(Crowd *c, CrowdLevel *l, double t) {
     uint32_t n = 0, n_before = l->n;
     const size_t n_members = c->sim->n_members;
     bool comes = false;
@@ -192,9 +185,9 @@ static bool come_and_go(Crowd *c, Level *l, double t) {
 }
 
 // Members to whom something happens at t begin a new arc; one of too many events rests.
-static void interrupt(Crowd *c, Level *l, double t) {
+static void interrupt(Crowd *c, CrowdLevel *l, double t) {
     for (uint32_t i = 0; i < l->n; i++) {
-        Member *member = &c->members[l->who[i]];
+        CrowdMember *member = &c->members[l->who[i]];
         bool is_hit = false;
         for (uint32_t w = 0; w < c->sim->n_whens; w++) {
             is_hit = is_hit || l->fires[w * l->n + i];
@@ -211,14 +204,14 @@ static void interrupt(Crowd *c, Level *l, double t) {
     }
 }
 
-static void find_conditions(Crowd *c, Level *l, double t, double *out) {
+static void find_conditions(Crowd *c, CrowdLevel *l, double t, double *out) {
     crowd_put(c, l, l->y);
     sim_equations_conditions(c->equations, t, (SimMembers){l->who, l->n}, l->among, out);
 }
 
 // Marks what has become true since the conditions l->last; nothing has for one that is new, rests,
 // or has just done so. Whether anything is marked.
-static bool find_fires(Crowd *c, Level *l, double t, bool with_new) {
+static bool find_fires(Crowd *c, CrowdLevel *l, double t, bool with_new) {
     size_t n = n_conditions(c, l);
     bool fires = false;
     find_conditions(c, l, t, l->now);
@@ -233,7 +226,7 @@ static bool find_fires(Crowd *c, Level *l, double t, bool with_new) {
 
 // What is marked in fires happens at t, then what that brings about. What goes round in circles
 // comes to rest, since each round counts.
-static void happen(Crowd *c, Level *l, double t) {
+static void happen(Crowd *c, CrowdLevel *l, double t) {
     size_t n = n_conditions(c, l);
     bool fires = false;
     for (size_t i = 0; i < n; i++) {
@@ -252,7 +245,7 @@ static void happen(Crowd *c, Level *l, double t) {
 }
 
 // Where a member's rates jump it begins a new arc, so that its bend stays a corner.
-static void bend(Crowd *c, const Level *l) {
+static void bend(Crowd *c, const CrowdLevel *l) {
     for (size_t at = 0; at < (size_t)c->sim->n_states * l->n; at++) {
         if (sim_run_bends(c->sim, l->old[at], l->k[0][at])) {
             c->begins[l->who[at % l->n]] = 1;
@@ -261,7 +254,7 @@ static void bend(Crowd *c, const Level *l) {
 }
 
 bool crowd_strike(Crowd *c, uint32_t depth, double t) {
-    Level *l = &c->levels[depth];
+    CrowdLevel *l = &c->levels[depth];
     crowd_place_all(c, l->among, t);
     if (!crowd_rates(c, depth, t, l->y, l->old)) {
         return sim_run_fail(c->run, c->bad, t, SIM_NOT_FINITE);

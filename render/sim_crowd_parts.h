@@ -11,11 +11,11 @@ enum { CROWD_LEVELS = 24 }; // sets within sets; each has at most half the membe
 
 // What of a member has to be again as it was when it goes back.
 typedef struct {
-    Events events;
+    SimEvents events;
     bool has_left; // dead, or at rest: its states are held
     bool rests;
     double rest_time;
-} Member;
+} CrowdMember;
 
 typedef struct CrowdAround CrowdAround; // render/sim_crowd_around.c
 
@@ -34,21 +34,21 @@ typedef struct {
     double *hit;               // [n] the time by which it does; INFINITY: it does not
     uint32_t *some;            // [n] some of the members
     uint32_t *source;          // [n] of which row a row was before
-    Member *saved;             // [n] of those hit
+    CrowdMember *saved;        // [n] of those hit
     const uint32_t *later;     // [n_later] members to be born here, in order of that
     uint32_t n_later;
     double step;    // the next one, seconds
     double fastest; // the largest share of a radius that anybody has moved in a second
-} Level;
+} CrowdLevel;
 
 typedef struct {
-    Run *run;
+    SimRun *run;
     const SimState *sim;
     SimEquations *equations;
     CrowdAround *around;
     SimCourse *drafts;     // [n_members] what is known of their courses since the last common step
     double *starts, *held; // [n_states][n_members]
-    Member *members;       // [n_members]
+    CrowdMember *members;  // [n_members]
     uint8_t *begins;       // [n_members] an arc begins with the next piece
     uint32_t *first;       // [n_members] of the pieces of the arc at hand
     uint32_t *later;       // [n_members] in order of birth
@@ -56,10 +56,15 @@ typedef struct {
     bool is_local;         // conditions read nothing of other members
     bool is_by_places;     // members read others as those near to them alone
     uint32_t bad;          // the member whose rates are not finite
-    uint64_t n_steps, n_tiny;
-    uint64_t work, wasted; // members looked at; in moves that were undone
-    Level levels[CROWD_LEVELS];
+    uint64_t n_steps, n_tiny, work, wasted; // work: members looked at; wasted: in moves undone
+    CrowdLevel levels[CROWD_LEVELS];
 } Crowd;
+
+static inline void crowd_swap(double **a, double **b) {
+    double *c = *a;
+    *a = *b;
+    *b = c;
+}
 
 // ---- render/sim_crowd.c
 
@@ -97,9 +102,9 @@ void crowd_set_there(Crowd *c, SimMembers members, double t);
 void crowd_place(Crowd *c, uint32_t member, double t);
 void crowd_place_all(Crowd *c, SimMembers members, double t);
 // Likewise those of a level, and out[n_states][n].
-void crowd_read_drafts(Crowd *c, const Level *level, double t, double *out);
+void crowd_read_drafts(Crowd *c, const CrowdLevel *level, double t, double *out);
 // Those of a level become y[n_states][n].
-void crowd_put(Crowd *c, const Level *level, const double *y);
+void crowd_put(Crowd *c, const CrowdLevel *level, const double *y);
 
 // The rates at t of the members of a level, whose states are y. False: those of c->bad are not
 // finite.
@@ -108,7 +113,7 @@ bool crowd_rates(Crowd *c, uint32_t depth, double t, const double *y, double *ou
 // ---- Drafts
 
 // The step of a level from t to `end` becomes part of the drafts of its members.
-void crowd_draft(Crowd *c, const Level *level, double t, double end);
+void crowd_draft(Crowd *c, const CrowdLevel *level, double t, double end);
 // A draft ends at t.
 void crowd_cut_draft(Crowd *c, uint32_t member, double t);
 // All drafts become part of the courses.
@@ -118,14 +123,13 @@ void crowd_flush(Crowd *c);
 
 CrowdAround *crowd_around_new(const SimState *sim); // NULL: no memory
 void crowd_around_free(CrowdAround *around);        // NULL: nothing
-
 // The ways of all, by their drafts, in a step of the first level.
 void crowd_survey(Crowd *c, double t, double end);
 // Whether any of the members who[0..n) have gone, by their drafts, where they were not expected;
 // from now on they are, and those around are to be asked for again.
 bool crowd_go_astray(Crowd *c, const uint32_t *who, uint32_t n);
 // In which no member of a level moves farther than it sees.
-double crowd_longest_step(const Crowd *c, Level *level);
+double crowd_longest_step(const Crowd *c, CrowdLevel *level);
 // At how many instants of a time to look so that nobody so fast passes another unseen. 0: too many.
 uint32_t crowd_n_looks(const Crowd *c, double fastest, double time);
 // The members who[0..n), and who may matter for their rates in that step, in order; out: room for

@@ -11,7 +11,7 @@
 
 // Of a system that is being followed.
 typedef struct {
-    Events *events;      // [n]
+    SimEvents *events;   // [n]
     uint32_t *first;     // [n] of the pieces of the arc at hand
     uint8_t *begins;     // [n] an arc begins with the next piece
     uint8_t *is_resting; // [n]
@@ -26,7 +26,7 @@ typedef struct {
 
 // ---- Courses
 
-static void add_pieces(Run *run, SimSystem *system, State *state, double from, double to) {
+static void add_pieces(SimRun *run, SimSystem *system, State *state, double from, double to) {
     uint32_t n_states = run->sim->n_states;
     for (uint32_t j = 0; j < system->n; j++) {
         SimCourse *course = &run->courses[system->first + j];
@@ -43,7 +43,8 @@ static void add_pieces(Run *run, SimSystem *system, State *state, double from, d
 }
 
 // Pieces from the time `from` to the system's: halves, where one is too far from the solution.
-static bool add_step(Run *run, SimSystem *system, State *state, double from, double to, int depth) {
+static bool add_step(SimRun *run, SimSystem *system, State *state, double from, double to,
+                     int depth) {
     enum { MAX_DEPTH = 20 };
     if (!sim_system_interpolate(system, from, to)) {
         return false;
@@ -57,7 +58,7 @@ static bool add_step(Run *run, SimSystem *system, State *state, double from, dou
            add_step(run, system, state, middle, to, depth + 1);
 }
 
-void sim_run_add_still(Run *run, uint32_t member, const double *y, size_t stride, double from,
+void sim_run_add_still(SimRun *run, uint32_t member, const double *y, size_t stride, double from,
                        double to) {
     SimCourse *course = &run->courses[member];
     double *c = to > from ? sim_course_add(course, (SimPiece){from, to, true}, NULL) : NULL;
@@ -66,24 +67,24 @@ void sim_run_add_still(Run *run, uint32_t member, const double *y, size_t stride
     }
 }
 
-static void add_still(Run *run, SimSystem *system, uint32_t j, double from, double to) {
+static void add_still(SimRun *run, SimSystem *system, uint32_t j, double from, double to) {
     sim_run_add_still(run, system->first + j, system->y + j, system->n, from, to);
 }
 
-uint32_t sim_run_end_arc(Run *run, uint32_t member, uint32_t first) {
+uint32_t sim_run_end_arc(SimRun *run, uint32_t member, uint32_t first) {
     sim_course_merge(&run->courses[member], first, 0.5 * run->sim->tolerance);
     return run->courses[member].n;
 }
 
 // The arc of member j has ended.
-static void end_arc(Run *run, SimSystem *system, State *state, uint32_t j) {
+static void end_arc(SimRun *run, SimSystem *system, State *state, uint32_t j) {
     state->first[j] = sim_run_end_arc(run, system->first + j, state->first[j]);
     state->begins[j] = 1;
 }
 
 // ---- Events
 
-bool sim_run_fail(Run *run, uint32_t member, double t, const char *message) {
+bool sim_run_fail(SimRun *run, uint32_t member, double t, const char *message) {
 #pragma omp critical(sim_state_failure)
     if (!run->is_failed || member < run->failure->member) {
         run->is_failed = true;
@@ -94,12 +95,12 @@ bool sim_run_fail(Run *run, uint32_t member, double t, const char *message) {
     return false;
 }
 
-static bool fail(Run *run, const SimSystem *system, double t, const char *message) {
+static bool fail(SimRun *run, const SimSystem *system, double t, const char *message) {
     return sim_run_fail(run, system->first + system->bad_member, t, message);
 }
 
 // Members to whom something happens at t begin a new arc; one of too many events rests.
-static void interrupt(Run *run, SimSystem *system, State *state, double t) {
+static void interrupt(SimRun *run, SimSystem *system, State *state, double t) {
     for (uint32_t j = 0; j < system->n; j++) {
         bool is_hit = false;
         for (uint32_t w = 0; w < run->sim->n_whens; w++) {
@@ -114,7 +115,7 @@ static void interrupt(Run *run, SimSystem *system, State *state, double t) {
         if (events_are_too_many(run->sim, &state->events[j], t)) {
             state->is_resting[j] = 1;
             state->n_moving--;
-            run->rests[system->first + j] = (Rest){true, t};
+            run->rests[system->first + j] = (SimRest){true, t};
             sim_system_rest(system, j);
         }
     }
@@ -122,7 +123,7 @@ static void interrupt(Run *run, SimSystem *system, State *state, double t) {
 
 // What is marked in fires happens at t, then what that brings about. What goes round in circles
 // comes to rest, since each round counts.
-static void happen(Run *run, SimSystem *system, State *state, double t) {
+static void happen(SimRun *run, SimSystem *system, State *state, double t) {
     size_t n = (size_t)run->sim->n_whens * system->n;
     double *before = state->conditions, *after = before + n;
     bool fires_again = true;
@@ -148,7 +149,7 @@ static double least_span(const SimState *sim) {
 }
 
 // Up to the time `to`, which *t becomes.
-static bool follow(Run *run, SimSystem *system, State *state, double *t, double to) {
+static bool follow(SimRun *run, SimSystem *system, State *state, double *t, double to) {
     double span = run->sim->high - run->sim->low;
     sim_system_restart(system, *t, to, INFINITY);
     while (to - *t > least_span(run->sim) && state->n_moving) {
@@ -190,7 +191,7 @@ static bool follow(Run *run, SimSystem *system, State *state, double *t, double 
 // ---- Coming and going
 
 // Members are there from their birth to before their end.
-static void come_and_go(Run *run, SimSystem *system, State *state, double t) {
+static void come_and_go(SimRun *run, SimSystem *system, State *state, double t) {
     for (uint32_t j = 0; j < system->n; j++) {
         bool is = run->birth[system->first + j] <= t && t < run->end[system->first + j];
         if (is == (state->is_there[j] != 0)) {
@@ -206,7 +207,7 @@ static void come_and_go(Run *run, SimSystem *system, State *state, double t) {
 }
 
 // Where a member's rates jump it begins a new arc, so that its bend stays a corner.
-static void bend(Run *run, SimSystem *system, State *state) {
+static void bend(SimRun *run, SimSystem *system, State *state) {
     size_t n = (size_t)run->sim->n_states * system->n;
     enum { MOST_PIECES = 256 }; // until fewer are made of them
     for (uint32_t j = 0; j < system->n; j++) {
@@ -229,7 +230,7 @@ static void bend(Run *run, SimSystem *system, State *state) {
 }
 
 // Members come or go at t. What that makes true of those that stay happens to them.
-static void change(Run *run, SimSystem *system, State *state, double t) {
+static void change(SimRun *run, SimSystem *system, State *state, double t) {
     size_t n = (size_t)run->sim->n_whens * system->n;
     double *before = state->conditions, *after = before + n;
     sim_system_rates(system, t, state->rates);
@@ -250,7 +251,7 @@ static void change(Run *run, SimSystem *system, State *state, double t) {
     bend(run, system, state);
 }
 
-static bool follow_all(Run *run, SimSystem *system, State *state) {
+static bool follow_all(SimRun *run, SimSystem *system, State *state) {
     bool is_coupled = run->sim->is_coupled;
     double t = is_coupled ? run->sim->low : run->birth[system->first];
     uint32_t n_stops = is_coupled ? run->n_stops : 1;
@@ -280,7 +281,7 @@ static bool follow_all(Run *run, SimSystem *system, State *state) {
 
 // ---- Members
 
-static bool run_system(Run *run, SimSystem *system) {
+static bool run_system(SimRun *run, SimSystem *system) {
     const SimState *sim = run->sim;
     double from = sim->is_coupled ? sim->low : run->birth[system->first];
     double to = sim->is_coupled ? sim->high : run->end[system->first];
@@ -292,7 +293,7 @@ static bool run_system(Run *run, SimSystem *system) {
         return true;
     }
     size_t n_conditions = (size_t)sim->n_whens * system->n;
-    State state = {.events = calloc(system->n, sizeof(Events)),
+    State state = {.events = calloc(system->n, sizeof(SimEvents)),
                    .first = calloc(system->n, sizeof(uint32_t)),
                    .begins = malloc(system->n),
                    .is_resting = calloc(system->n, 1),
@@ -328,7 +329,7 @@ static bool is_crowd(const SimState *sim) {
     return sim->is_coupled && !sim->is_stiff;
 }
 
-static bool run_systems(Run *run) {
+static bool run_systems(SimRun *run) {
     const SimState *sim = run->sim;
     uint32_t n_systems = sim->is_coupled ? 1 : sim->n_members, n_done = 0;
 #pragma omp parallel if (n_systems > 1)
@@ -357,7 +358,7 @@ static bool run_systems(Run *run) {
 }
 
 // When each member is there, and for which part of the span it is followed.
-static bool find_lives(Run *run) {
+static bool find_lives(SimRun *run) {
     const SimState *sim = run->sim;
     for (uint32_t m = 0; m < sim->n_members; m++) {
         double life[2] = {-INFINITY, INFINITY}, in[IN_COUNT] = {[IN_I] = m};
@@ -386,7 +387,7 @@ static int compare_times(const void *a, const void *b) {
 }
 
 // Where a coupled system stops: each time that is too near to the one before counts as that one.
-static void find_stops(Run *run) {
+static void find_stops(SimRun *run) {
     const SimState *sim = run->sim;
     const double least = least_span(sim);
     size_t n = 0;
@@ -406,7 +407,7 @@ static void find_stops(Run *run) {
 }
 
 // The stop that a time counts as; low is one too.
-static double stop_of(const Run *run, double t) {
+static double stop_of(const SimRun *run, double t) {
     uint32_t first = 0, n = run->n_stops; // the stops up to t are those before `first`
     if (run->sim->high - t <= least_span(run->sim)) {
         return run->sim->high;
@@ -420,7 +421,7 @@ static double stop_of(const Run *run, double t) {
     return first ? run->stops[first - 1] : run->sim->low;
 }
 
-static bool stop_at_lives(Run *run) {
+static bool stop_at_lives(SimRun *run) {
     const SimState *sim = run->sim;
     run->stops = malloc((2 * (size_t)sim->n_members + 1) * sizeof *run->stops);
     if (!run->stops) {
@@ -437,7 +438,7 @@ static bool stop_at_lives(Run *run) {
     return true;
 }
 
-static bool join(Arena *arena, Run *run, SimTracks *tracks) {
+static bool join(Arena *arena, SimRun *run, SimTracks *tracks) {
     const SimState *sim = run->sim;
     *tracks = (SimTracks){.n_members = sim->n_members,
                           .low = sim->low,
@@ -463,7 +464,7 @@ static bool join(Arena *arena, Run *run, SimTracks *tracks) {
 bool sim_state_run(Arena *arena, const SimState *sim, SimProgress *progress, void *context,
                    SimTracks *tracks, SimFailure *failure) {
     uint32_t n = sim->n_members;
-    Run run = {.sim = sim, .progress = progress, .context = context, .failure = failure};
+    SimRun run = {.sim = sim, .progress = progress, .context = context, .failure = failure};
     run.courses = calloc(n, sizeof *run.courses);
     run.rests = calloc(n, sizeof *run.rests);
     run.birth = ARENA_ARRAY(arena, n, double);

@@ -13,7 +13,7 @@
 typedef struct {
     bool is_resting;
     double rest_time;
-} Rest;
+} SimRest;
 
 // What the runs of all members come to.
 typedef struct {
@@ -22,21 +22,21 @@ typedef struct {
     double *birth, *end, *born, *dies;
     double *stops; // [n_stops] where a stiff coupled system stops, in order; NULL: there is none
     uint32_t n_stops;
-    Rest *rests;
+    SimRest *rests;
     SimProgress *progress;
     void *context;
     SimFailure *failure;
     bool is_failed;
-} Run;
+} SimRun;
 
 // The instants of a member's latest events, in a ring.
 typedef struct {
     double at[SIM_STATE_EVENTS];
     uint32_t n;
-} Events;
+} SimEvents;
 
 // Adds an event; whether there are too many of them in too short a time.
-static inline bool events_are_too_many(const SimState *sim, Events *events, double t) {
+static inline bool events_are_too_many(const SimState *sim, SimEvents *events, double t) {
     double window = fmin(1e-3, 1e-4 * (sim->high - sim->low));
     double *oldest = &events->at[events->n % SIM_STATE_EVENTS];
     bool is = events->n >= SIM_STATE_EVENTS && t - *oldest < window;
@@ -46,22 +46,22 @@ static inline bool events_are_too_many(const SimState *sim, Events *events, doub
 }
 
 // Each of the failures of a run is that of the first member, on any machine. Returns false.
-bool sim_run_fail(Run *run, uint32_t member, double t, const char *message);
+bool sim_run_fail(SimRun *run, uint32_t member, double t, const char *message);
 
 // What is done, by the time that a common run has come to.
-static inline void sim_run_tell(const Run *run, double t) {
+static inline void sim_run_tell(const SimRun *run, double t) {
     if (run->progress) {
         run->progress(run->context, (t - run->sim->low) / (run->sim->high - run->sim->low));
     }
 }
 
 // A piece in which a member's states are y[0], y[stride]...: nothing, where it has no length.
-void sim_run_add_still(Run *run, uint32_t member, const double *y, size_t stride, double from,
+void sim_run_add_still(SimRun *run, uint32_t member, const double *y, size_t stride, double from,
                        double to);
 
 // The pieces of a member from `first` on, which are an arc, become fewer; returns where those of
 // the next one begin.
-uint32_t sim_run_end_arc(Run *run, uint32_t member, uint32_t first);
+uint32_t sim_run_end_arc(SimRun *run, uint32_t member, uint32_t first);
 
 // Whether a rate jumps, so that the course has a corner.
 static inline bool sim_run_bends(const SimState *sim, double before, double after) {
