@@ -7,6 +7,7 @@
 # make bench      structures against Embree         make bench-lang  language against C, POV-Ray
 # make bench-sim  simulations against bare loops around ODE and CVODE
 # make bench-instances  a million instances    make bench-others   motion blur beside POV-Ray's and Cycles'
+# make bench-noise  what --noise promises, against long references
 # make thesis     the tables of the thesis that it all began with
 # make gallery    all examples in one picture
 # config=release|debug|asan|ubsan selects flags and the folder build/$(config).
@@ -214,6 +215,11 @@ gallery: st4
 .PHONY: bench-sim
 bench-sim: st4 $(B)/bench-sim
 	@ST4=$(B)/st4 BENCH=$(B)/bench-sim boxes=$(boxes) sparks=$(sparks) tests/bench/bench_sim.sh
+
+# Errors and their estimates by --noise: tests/bench/bench_noise.sh names its variables.
+.PHONY: bench-noise
+bench-noise: st4
+	@ST4=$(B)/st4 tests/bench/bench_noise.sh
 
 # The thesis' tables (section 7) on this machine: tests/bench/bench_thesis.sh names its variables;
 # obj=FILE takes the place of the dense mesh.

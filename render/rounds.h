@@ -19,7 +19,7 @@ typedef struct {
     const RenderOptions *options; // is_adaptive
     Film *film;                   // with FILM_HALVES
     Level level;                  // at work; 0: not begun
-    Level bound;                  // on the level
+    Level bound, pilot;           // on the level; adaptive_pilot
     double deadline;              // of clock_seconds; INFINITY: none
     AdaptiveNoise noise;          // once a round is done
     RenderStop stop;              // once there is no other round
