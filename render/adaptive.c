@@ -34,15 +34,6 @@ static double from_mean(double step, uint32_t w) {
     return value;
 }
 
-uint32_t adaptive_pilot(uint32_t width, uint32_t height) {
-    enum { LEAST = 32, MOST = 16 * LEAST };
-    uint32_t spp = LEAST;
-    while (spp < MOST && (double)width * height * spp < ADAPTIVE_PILOT_ALL) {
-        spp *= 2;
-    }
-    return spp;
-}
-
 // Random bits of a place that have nothing to do with those of its samples.
 static uint64_t chance(uint32_t x, uint32_t y) {
     return sampler_pixel(SEED, true, 0, x, y).key[0];
@@ -100,6 +91,11 @@ AdaptiveNoise adaptive_noise(const Film *film) {
     }
     double most = sums.square + DEVIATIONS * sqrt(sums.fourth), mean = sums.color / n;
     return (AdaptiveNoise){sqrt(sums.square / n) / mean, sqrt(most / n) / mean};
+}
+
+Level adaptive_believed(uint32_t width, uint32_t height) {
+    const double all = 0x1p20, pilots = all / ((double)width * height * ADAPTIVE_PILOT);
+    return (Level)(fmin(fmax(pilots, 1), 16) * ADAPTIVE_PILOT * LEVEL_SAMPLE);
 }
 
 // ---- Weights
@@ -181,17 +177,18 @@ static void count_weights(const Film *film, uint32_t counts[2][256]) {
     }
 }
 
-static double half_at(double scale, uint32_t weight, double least) {
-    return fmin(fmax(least, scale * from_mean(SAMPLES_STEP, weight)), ADAPTIVE_MOST / 2);
+static double half_at(double scale, uint32_t weight) {
+    double least = ADAPTIVE_PILOT / 2, most = ADAPTIVE_MOST / 2;
+    return fmin(fmax(least, scale * from_mean(SAMPLES_STEP, weight)), most);
 }
 
 // By which weights are to be multiplied, so that the halves have `half` samples in the mean.
-static double find_scale(const uint32_t counts[256], double half, double least) {
+static double find_scale(const uint32_t counts[256], double half) {
     double low = 0, high = 0x1p32;
     for (int step = 0; step < 80; step++) {
         double middle = (low + high) / 2, sum = 0, n = 0;
         for (uint32_t w = 0; w < 256; w++) {
-            sum += counts[w] ? counts[w] * half_at(middle, w, least) : 0;
+            sum += counts[w] ? counts[w] * half_at(middle, w) : 0;
             n += counts[w];
         }
         if (sum <= half * n) {
@@ -205,16 +202,15 @@ static double find_scale(const uint32_t counts[256], double half, double least) 
 
 void allocation_find(Allocation *allocation, const Film *film, Level level) {
     const double half = (double)level / (2 * LEVEL_SAMPLE);
-    const uint32_t pilot = adaptive_pilot(film->width, film->height);
-    const bool is_even = level <= pilot * LEVEL_SAMPLE;
+    const bool is_even = level <= ADAPTIVE_PILOT * LEVEL_SAMPLE;
     uint32_t counts[2][256] = {{0}};
     if (!is_even) {
         count_weights(film, counts);
     }
     for (int kind = 0; kind < 2; kind++) {
-        double scale = is_even ? 0 : find_scale(counts[kind], half, pilot / 2);
+        double scale = is_even ? 0 : find_scale(counts[kind], half);
         for (uint32_t w = 0; w < 256; w++) {
-            allocation->half[kind][w] = is_even ? half : half_at(scale, w, pilot / 2);
+            allocation->half[kind][w] = is_even ? half : half_at(scale, w);
         }
     }
 }

@@ -8,9 +8,9 @@
 // count in one pixel only (render/filter.h), so errors of pixels are independent, and their squares
 // add up.
 //
-// Every pixel gets the pilot's samples (adaptive_pilot) before anything is decided. Then each gets
-// a weight by the noise that its surroundings have by then, and the mean number of samples of the
-// whole picture, the level, rises until the picture is good enough. At each level samples are in
+// Every pixel gets ADAPTIVE_PILOT samples before anything is decided. Then each gets a weight by
+// the noise that its surroundings have by then, and the mean number of samples of the whole
+// picture, the level, rises until the picture is good enough. At each level samples are in
 // proportion to weights, about as makes the mean square error least (Jerzy Neyman, On the Two
 // Different Aspects of the Representative Method, 1934), but no less than the pilot and a third of
 // the mean.
@@ -41,15 +41,9 @@ typedef uint32_t Level;
 enum {
     LEVEL_SAMPLE = 64,
     ADAPTIVE_LEAST = 2,     // samples per pixel: one in each half
+    ADAPTIVE_PILOT = 32,    // samples per pixel, before weights are known
     ADAPTIVE_MOST = 1 << 22 // samples of a pixel
 };
-
-// Samples per pixel before weights are known and the noise is believed: 32, in small pictures as
-// many more as make ADAPTIVE_PILOT_ALL, at most 16 times. What only one path in 100,000 finds, a
-// mirrored sun, is most of the error where it is, and no estimate knows of it before it is found
-// in some pixel or other. A power of two.
-enum { ADAPTIVE_PILOT_ALL = 1 << 20 };
-uint32_t adaptive_pilot(uint32_t width, uint32_t height);
 
 // The relative RMSE of the picture against what it would be with infinitely many samples, as
 // Comparison.relative_rmse: root of the mean of the estimated variances of red, green and blue,
@@ -61,6 +55,12 @@ typedef struct {
 
 // The film has FILM_HALVES. 0 of a black picture.
 AdaptiveNoise adaptive_noise(const Film *film);
+
+// The level from which on the noise is believed: the pilot's, in small pictures as much more as
+// makes a million samples in all, but at most 16 times. What one path in 100,000 finds, such as a
+// mirrored sun, is most of the error where it is, and no estimate knows of it before it is found in
+// some pixel or other.
+Level adaptive_believed(uint32_t width, uint32_t height);
 
 // Decides the weights of all pixels. The film has the pilot, and nothing more.
 void adaptive_weigh(Film *film);

@@ -440,8 +440,7 @@ static int render_blocks(Run *run) {
     troubles_init(&run->reported, &run->arena, &run->scene);
     uint64_t spp =
         options->last_sample ? options->last_sample - options->first_sample + 1 : options->spp;
-    uint32_t pilot = adaptive_pilot(run->film.width, run->film.height);
-    spp = options->is_adaptive && spp > pilot ? pilot : spp;
+    spp = options->is_adaptive && spp > ADAPTIVE_PILOT ? ADAPTIVE_PILOT : spp;
     run->frame_samples = (uint64_t)run->film.width * run->film.height * spp;
     progress_begin(&run->progress, options->progress, options->n_frames,
                    run->frame_samples * options->n_frames);

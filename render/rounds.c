@@ -7,7 +7,7 @@
 // The shares of the time at which a frame ends early, and of what is left that a round may take.
 static const double DONE = 0.005, NEARLY_DONE = 0.05, SHARE = 0.5, LAST_SHARE = 0.9;
 
-static const Level LEAST = ADAPTIVE_LEAST * LEVEL_SAMPLE;
+static const Level PILOT = ADAPTIVE_PILOT * LEVEL_SAMPLE, LEAST = ADAPTIVE_LEAST * LEVEL_SAMPLE;
 
 static double pixels_of(const Film *film) {
     return (double)film->width * film->height;
@@ -20,7 +20,7 @@ void rounds_begin(Rounds *rounds, const RenderOptions *options, Film *film, Leve
                        .film = film,
                        .level = level,
                        .bound = (Level)bound,
-                       .pilot = adaptive_pilot(film->width, film->height) * LEVEL_SAMPLE,
+                       .believed = adaptive_believed(film->width, film->height),
                        .deadline = deadline};
 }
 
@@ -53,12 +53,12 @@ static Level level_in_time(const Rounds *rounds) {
 }
 
 static Level first_level(const Rounds *rounds) {
-    return rounds->options->seconds > 0 ? LEAST : rounds->pilot;
+    return rounds->options->seconds > 0 ? LEAST : PILOT;
 }
 
 static Level next_level(const Rounds *rounds) {
-    Level level = rounds->level, pilot = rounds->pilot;
-    return level < pilot ? (level < pilot / 2 ? 2 * level : pilot) : next_for_noise(rounds);
+    Level level = rounds->level, goal = level < PILOT ? PILOT : rounds->believed;
+    return level < goal ? (level < goal / 2 ? 2 * level : goal) : next_for_noise(rounds);
 }
 
 static bool stop(Rounds *rounds, RenderStop by) {
@@ -71,7 +71,7 @@ static void look_back(Rounds *rounds) {
     uint64_t n = film_totals(rounds->film).total - rounds->n_before;
     rounds->noise = adaptive_noise(rounds->film);
     rounds->speed = n > 0 && seconds > 0 ? (double)n / seconds : rounds->speed;
-    if (rounds->level == rounds->pilot) {
+    if (rounds->level == PILOT) {
         adaptive_weigh(rounds->film);
     }
 }
@@ -79,7 +79,7 @@ static void look_back(Rounds *rounds) {
 // Chooses the level. False: there is none.
 static bool go_on(Rounds *rounds) {
     const RenderOptions *options = rounds->options;
-    if (rounds->level >= rounds->pilot && rounds->noise.at_most <= options->noise) {
+    if (rounds->level >= rounds->believed && rounds->noise.at_most <= options->noise) {
         return stop(rounds, STOP_NOISE);
     }
     if (rounds->level >= rounds->bound) {
@@ -94,8 +94,8 @@ static bool go_on(Rounds *rounds) {
         next = most < next ? most : next;
     }
     // Weights are of the pilot, which therefore is a level of its own.
-    if (rounds->level < rounds->pilot && next > rounds->pilot) {
-        next = rounds->pilot;
+    if (rounds->level < PILOT && next > PILOT) {
+        next = PILOT;
     }
     rounds->level = next < rounds->bound ? next : rounds->bound;
     return true;
@@ -120,7 +120,7 @@ bool rounds_next(Rounds *rounds, TilePass *pass) {
 }
 
 uint64_t rounds_expect(const Rounds *rounds) {
-    double level = fmax(rounds->level, fmin(rounds->pilot, rounds->bound));
+    double level = fmax(rounds->level, fmin(PILOT, rounds->bound));
     if (rounds->noise.at_most > rounds->options->noise && rounds->options->noise > 0) {
         double ratio = rounds->noise.at_most / rounds->options->noise;
         level = fmin(rounds->level * ratio * ratio, rounds->bound);

@@ -3,7 +3,7 @@
 // (render/adaptive.h), after each it is decided whether there is another one, and to which level.
 //
 // Whichever bound is reached first ends the frame: the noise, the samples, the time. The noise is
-// looked at from the pilot on, and reached when it is so little even at most. What a round does
+// looked at from the pilot on, and reached when it is so little even at most, and is believed. What a round does
 // depends on the film and the level alone, so the film and the level at work are all there is to
 // keep for a checkpoint. Where there is no bound on time, levels depend on the film too, and the
 // picture is the same bytes on any machine; where there is, the level at its end says how to make
@@ -19,7 +19,7 @@ typedef struct {
     const RenderOptions *options; // is_adaptive
     Film *film;                   // with FILM_HALVES
     Level level;                  // at work; 0: not begun
-    Level bound, pilot;           // on the level; adaptive_pilot
+    Level bound, believed;        // on the level; adaptive_believed
     double deadline;              // of clock_seconds; INFINITY: none
     AdaptiveNoise noise;          // once a round is done
     RenderStop stop;              // once there is no other round

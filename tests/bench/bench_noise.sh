@@ -26,7 +26,7 @@ for scene in ${scenes:-$(basename -s .st4 examples/*.st4)}; do
     last=$("$st4" info "$film" | sed -nE 's/.*frames [0-9]+ to ([0-9]+)$/\1/p')
     frame=$(((2 * last + 4) / 5))
     long=out/noise/$scene.$size.$reference.exr
-    [ -e "$long" ] ||
+    [ "$long" -nt "$film" ] ||
         "$st4" render "$film" -f $frame --size "$size" -s "$reference" --seed 777 -q -o "$long" || exit 1
     for noise in $noises; do
         for seed in $seeds; do

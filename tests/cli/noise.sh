@@ -126,7 +126,7 @@ test_time_ends_frames() {
     [ "$(header short.exr samples)" = 2 ] || fail "$(header short.exr samples)"
     # The first of three.
     expect 0 "$ST4" ball.st4 -f 1 --time 1000 --noise 10 -s 5000 -o short.exr
-    has "$err" '32 samples per pixel; ended by noise'
+    has "$err" '512 samples per pixel; ended by noise'
     expect 0 "$ST4" ball.st4 -f 1 --time 1000 --noise 0.0001 -s 37.5 -o short.exr
     has "$err" '37.5 samples per pixel; ended by samples'
 }
