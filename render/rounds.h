@@ -3,11 +3,11 @@
 // (render/adaptive.h), after each it is decided whether there is another one, and to which level.
 //
 // Whichever bound is reached first ends the frame: the noise, the samples, the time. The noise is
-// looked at from the pilot on, and reached when it is so little even at most, and is believed. What a round does
-// depends on the film and the level alone, so the film and the level at work are all there is to
-// keep for a checkpoint. Where there is no bound on time, levels depend on the film too, and the
-// picture is the same bytes on any machine; where there is, the level at its end says how to make
-// it again.
+// looked at from the level on at which it is believed, and reached when it is so little even at
+// most. What a round does depends on the film and the level alone, so the film and the level at
+// work are all there is to keep for a checkpoint. Where there is no bound on time, levels depend on
+// the film too, and the picture is the same bytes on any machine; where there is, the level at its
+// end says how to make it again.
 #ifndef RENDER_ROUNDS_H
 #define RENDER_ROUNDS_H
 
