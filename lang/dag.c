@@ -28,6 +28,7 @@ Dag *dag_new(Arena *arena) {
     Dag *dag = ARENA_NEW(arena, Dag);
     dag->arena = arena;
     dag->walk = ARENA_NEW(arena, DagWalk);
+    dag->substitution = ARENA_NEW(arena, DagSubstitution);
     return dag;
 }
 

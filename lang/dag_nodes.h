@@ -34,9 +34,21 @@ typedef struct {
     Ref *image; // what a visited node became
     Ref *order; // the visited nodes, operands first
     Ref *stack;
-    size_t mark_capacity, image_capacity, order_capacity, stack_capacity;
+    size_t mark_capacity, order_capacity, stack_capacity;
     uint32_t n_order, epoch;
 } DagWalk;
+
+// The last substitution, which the next goes on with where it is of the same inputs: the parts of a
+// map share nearly all of their nodes, and so do the places of a scene.
+enum { DAG_SUBSTITUTED_MOST = 6 };
+typedef struct {
+    Input inputs[DAG_SUBSTITUTED_MOST];
+    Ref with[DAG_SUBSTITUTED_MOST];
+    uint32_t n, epoch;
+    uint32_t *mark; // epoch: image is what the node became
+    Ref *image;
+    size_t capacity;
+} DagSubstitution;
 
 struct Dag {
     Arena *arena;
@@ -50,6 +62,7 @@ struct Dag {
     uint32_t *table_slots;
     size_t n_table_slots;
     DagWalk *walk;
+    DagSubstitution *substitution;
 };
 
 static inline bool dag_node_has_table(const DagNode *node) {

@@ -67,10 +67,41 @@ void dag_walk(const Dag *dag, const Ref *roots, size_t n_roots, uint32_t mask) {
     }
 }
 
-static Ref replacement(const DagNode *node, const Input *inputs, const Ref *with, uint32_t n) {
-    for (uint32_t k = 0; k < n; k++) {
-        if (node->a == (Ref)inputs[k]) {
-            return with[k];
+// ---- Substitution
+
+static bool goes_on(const DagSubstitution *s, const Input *inputs, const Ref *with, uint32_t n) {
+    return s->n == n && memcmp(s->inputs, inputs, n * sizeof *inputs) == 0 &&
+           memcmp(s->with, with, n * sizeof *with) == 0;
+}
+
+static DagSubstitution *substitution(Dag *dag, const Input *inputs, const Ref *with, uint32_t n) {
+    DagSubstitution *s = dag->substitution;
+    if (s->capacity < dag->n_nodes) {
+        const DagSubstitution old = *s;
+        s->capacity = dag->nodes_capacity;
+        s->mark = ARENA_ARRAY(dag->arena, s->capacity, uint32_t);
+        s->image = ARENA_ARRAY(dag->arena, s->capacity, Ref);
+        if (old.capacity > 0) {
+            memcpy(s->mark, old.mark, old.capacity * sizeof *s->mark);
+            memcpy(s->image, old.image, old.capacity * sizeof *s->image);
+        }
+    }
+    if (!goes_on(s, inputs, with, n)) {
+        s->n = n;
+        memcpy(s->inputs, inputs, n * sizeof *inputs);
+        memcpy(s->with, with, n * sizeof *with);
+        if (++s->epoch == 0) {
+            memset(s->mark, 0, s->capacity * sizeof *s->mark);
+            s->epoch = 1;
+        }
+    }
+    return s;
+}
+
+static Ref replacement(const DagSubstitution *s, const DagNode *input) {
+    for (uint32_t k = 0; k < s->n; k++) {
+        if (input->a == (Ref)s->inputs[k]) {
+            return s->with[k];
         }
     }
     return REF_NONE;
@@ -84,19 +115,36 @@ Ref dag_substitute_all(Dag *dag, Ref ref, const Input *inputs, const Ref *with, 
     if (!(dag_inputs(dag, ref) & mask)) {
         return ref;
     }
-    dag_walk(dag, &ref, 1, mask);
-    DagWalk *w = dag->walk;
-    for (uint32_t i = 0; i < w->n_order; i++) {
-        DagNode node = dag->nodes[w->order[i]]; // a copy: building moves the nodes
+    DagSubstitution *s = substitution(dag, inputs, with, n);
+    size_t depth = 0;
+    push(dag, &depth, ref);
+    while (depth > 0) {
+        const Ref top = dag->walk->stack[depth - 1];
+        const size_t before = depth;
+        const DagNode node = dag->nodes[top]; // a copy: building moves the nodes
         Ref operands[3];
-        uint32_t arity = dag_node_operands(&node, operands);
-        for (uint32_t k = 0; k < arity; k++) {
-            operands[k] = dag_walk_visited(dag, operands[k]) ? w->image[operands[k]] : operands[k];
+        uint32_t arity = s->mark[top] == s->epoch ? 0 : dag_node_operands(&node, operands);
+        for (uint32_t k = arity; k-- > 0;) {
+            Ref o = operands[k];
+            if (!(dag->nodes[o].inputs & mask)) {
+                continue;
+            }
+            if (s->mark[o] != s->epoch) {
+                push(dag, &depth, o);
+            }
+            operands[k] = s->image[o];
         }
-        w->image[w->order[i]] = node.op == OP_INPUT ? replacement(&node, inputs, with, n)
-                                                    : dag_rebuild(dag, &node, operands);
+        if (depth > before) { // the operands first
+            continue;
+        }
+        depth--;
+        if (s->mark[top] != s->epoch) {
+            s->image[top] =
+                node.op == OP_INPUT ? replacement(s, &node) : dag_rebuild(dag, &node, operands);
+            s->mark[top] = s->epoch;
+        }
     }
-    return w->image[ref];
+    return s->image[ref];
 }
 
 Ref dag_substitute(Dag *dag, Ref ref, Input input, Ref with) {
