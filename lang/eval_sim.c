@@ -70,6 +70,7 @@ static bool build(Eval *ev, Sim *sim) {
     } else {
         diag_next_statement(ev->diag); // its mistakes are its own
         sim->state = BINDING_BUSY;
+        sim->within = scope_new(ev->arena, sim->scope);
         sim->is_bad = !(sim->is_rigid ? eval_sim_rigid(ev, sim) : eval_sim_state(ev, sim));
         diag_next_statement(ev->diag);
     }
@@ -82,7 +83,7 @@ static const char *member_text(Eval *ev, const Sim *sim, uint32_t member) {
     const char *name = symbol_text(ev->symbols, sim->name);
     for (uint32_t g = 0; g < sim->n_groups; g++) {
         const SimGroup *group = &sim->groups[g];
-        for (uint32_t i = 0; i < group->n; i++) {
+        for (uint32_t i = 0; i < group->n && !group->places; i++) {
             if (group->members[i] == member) {
                 const char *body = symbol_text(ev->symbols, group->name);
                 return group->is_list ? arena_printf(ev->arena, "%s.%s[%u]", name, body, i)
@@ -316,9 +317,27 @@ static void note_end(Eval *ev, const Env *env, NodeId node, const Sim *sim) {
               sim->tracks.high);
 }
 
+static Value fixed_value(Eval *ev, SimGroup *group) {
+    if (!group->is_list) {
+        return group->places[0];
+    }
+    if (!group->values) {
+        List *list = ARENA_NEW(ev->arena, List);
+        *list = (List){.n = group->n, .items = group->places};
+        for (uint32_t i = 0; i < group->n; i++) {
+            list->inputs |= value_inputs(ev->dag, &group->places[i]);
+        }
+        group->values = list;
+    }
+    return (Value){.type = VALUE_LIST, .list = group->values};
+}
+
 // Where the bodies of a label are: transforms.
 static Value bodies_value(Eval *ev, const Env *env, NodeId node, Sim *sim, SimGroup *group) {
     Dag *dag = ev->dag;
+    if (group->places) {
+        return fixed_value(ev, group);
+    }
     if (!run(ev, sim)) {
         return value_poison();
     }
@@ -357,8 +376,27 @@ static Value rigid_member(Eval *ev, const Env *env, NodeId node, Sim *sim, const
     return unknown_member(ev, env, node, sim, member);
 }
 
+static bool is_within(const Scope *scope, const Scope *outer) {
+    while (scope && scope != outer) {
+        scope = scope->parent;
+    }
+    return scope != NULL;
+}
+
 Value eval_sim_member(Eval *ev, const Env *env, NodeId node, Sim *sim, const char *member) {
     if (!sim) {
+        return value_poison();
+    }
+    if (sim->state == BINDING_BUSY && !is_within(env->scope, sim->within)) {
+        // What is read there at an instant of the run is no motion, and would be kept as one.
+        const char *name = symbol_text(ev->symbols, sim->name);
+        const char *hint = arena_printf(ev->arena,
+                                        "write it in the block of %s; simulations that need each "
+                                        "other are to be one",
+                                        name);
+        eval_error(ev, env, node, hint, "%s.%s is read here for what %s itself needs to run", name,
+                   member, name);
+        diag_note(ev->diag, name_span(sim), "%s is here", name);
         return value_poison();
     }
     if (sim->state == BINDING_BUSY && sim->is_rigid) {

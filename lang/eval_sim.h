@@ -56,6 +56,7 @@ typedef struct {
     bool is_list;
     uint32_t n;
     uint32_t *members;  // [n] by index, of the tracks
+    Value *places;      // [n] of fixed bodies, transforms; NULL: the tracks tell
     const List *values; // made when asked for
     size_t capacity;
 } SimGroup;
@@ -63,7 +64,8 @@ typedef struct {
 struct Sim {
     Symbol name;
     const Module *module;
-    Scope *scope; // where it stands
+    Scope *scope;  // where it stands
+    Scope *within; // of its block, once that is evaluated
     NodeId statement, block;
     BindingState state; // of its block
     bool is_bad, has_run;

@@ -53,14 +53,22 @@ bool sim_rigid_index(RigidBlock *b, const Env *env, NodeId node, double *index) 
            sim_rigid_fail(b);
 }
 
-// What moves a body must not change its size.
+// By the simulation's own clock, at an instant. False: it depends on more than that.
+static bool is_known_at(RigidBlock *b, Ref ref, double t, double *x) {
+    Dag *dag = b->ev->dag;
+    ref = dag_substitute(dag, ref, IN_FILM_T, dag_input(dag, IN_T));
+    return dag_is_const(dag, dag_substitute(dag, ref, IN_T, dag_const(dag, t)), x);
+}
+
+// What moves a body must not change its size, at any of a few instants.
 static bool check_scale(RigidBlock *b, Span where, const RefParts *parts) {
+    enum { LOOKS = 8 };
     const Ref scale[3] = {parts->scale.x, parts->scale.y, parts->scale.z};
-    for (int k = 0; k < 3; k++) {
+    const double low = b->sim->rigid.low, span = b->sim->rigid.high - low;
+    for (int k = 0; k < 3 * LOOKS; k++) {
         double x;
-        if (dag_is_const(b->ev->dag, scale[k], &x) && !(fabs(x - 1) < 1e-6)) {
-            eval_error_at(b->ev, where, "give its shapes their sizes",
-                          "a rigid body and its shapes can not be scaled");
+        if (is_known_at(b, scale[k % 3], low + span * (k / 3) / LOOKS, &x) && fabs(x - 1) > 1e-6) {
+            eval_error_at(b->ev, where, "scale the shapes in it", "a rigid body can not be scaled");
             return sim_rigid_fail(b);
         }
     }
@@ -107,8 +115,7 @@ bool sim_rigid_pose(RigidBlock *b, const Object *object, RigidPose *pose, Ref *m
         if (moving) {
             moving[i] = ref;
         }
-        ref = dag_substitute(dag, ref, IN_T, dag_const(dag, b->sim->rigid.low));
-        if (!dag_is_const(dag, ref, &x[i]) || !isfinite(x[i])) {
+        if (!is_known_at(b, ref, b->sim->rigid.low, &x[i]) || !isfinite(x[i])) {
             eval_error_at(b->ev, object->where, NULL, "this place is not finite");
             return sim_rigid_fail(b);
         }
@@ -181,6 +188,17 @@ static const char *label_text(RigidBlock *b, const RigidLabel *label) {
     return label->has_index ? arena_printf(b->ev->arena, "%s[%.15g]", name, label->index) : name;
 }
 
+// Where a fixed body is, by IN_T.
+static Value place_value(Eval *ev, const Object *object, const Ref refs[RIGID_COLUMNS]) {
+    bool moves = !object->is_identity;
+    RefMap map = spatial_map_quat(ev->dag, moves ? (RefQuat){refs[3], refs[4], refs[5], refs[6]}
+                                                 : spatial_quat_identity(ev->dag));
+    for (int k = 0; moves && k < 3; k++) {
+        map.m[k][3] = refs[k];
+    }
+    return value_transform(ev->arena, &map);
+}
+
 static void read_shapes(RigidBlock *b, const Object *object, NodeId block, RigidOwner owner,
                         RigidBody *body) {
     body->first_shape = (uint32_t)b->n_shapes;
@@ -222,7 +240,8 @@ void sim_rigid_body(RigidBlock *b, const Env *env, NodeId statement, bool is_fix
         body.motion = moves ? compile(b, motion, RIGID_COLUMNS) : NULL;
         double is_convex = 0;
         sim_rigid_numbers(b, &object, PROPERTY_BODY_CONVEX, &is_convex);
-        const RigidOwner owner = {label_text(b, &label), &pose, is_fixed, moves, is_convex != 0};
+        body.name = label_text(b, &label);
+        const RigidOwner owner = {body.name, &pose, is_fixed, moves, is_convex != 0};
         read_shapes(b, &object, extra[6], owner, &body);
         const double numbers[] = {is_fixed,  moves,         body.force != NULL, body.density,
                                   body.mass, body.friction, body.bounce,        body.n_shapes};
@@ -235,6 +254,7 @@ void sim_rigid_body(RigidBlock *b, const Env *env, NodeId statement, bool is_fix
             arena_grow(ev->arena, b->labels, b->n_bodies, &b->labels_capacity, sizeof *b->labels);
         b->bodies =
             arena_grow(ev->arena, b->bodies, b->n_bodies, &b->bodies_capacity, sizeof *b->bodies);
+        label.place = is_fixed ? place_value(ev, &object, motion) : value_poison();
         b->labels[b->n_bodies] = label;
         b->bodies[b->n_bodies++] = body;
     }

@@ -153,6 +153,11 @@ Value eval_sim_near(Eval *ev, const Env *env, NodeId node, const Value *args) {
                           "near wants a place of all members of %s: a state of up to 3 numbers",
                           name);
     }
+    if (value_inputs(ev->dag, &args[1]) & ~LOOP_INPUTS) {
+        return eval_error(ev, env, node, "leave out who is too far in f",
+                          "the radius of near must be known when the scene is loaded: it is one "
+                          "for all members at all times");
+    }
     if (!eval_need(ev, env, node, args[1].ref[0], "the radius of near", &radius)) {
         return value_poison();
     }

@@ -13,6 +13,7 @@ typedef struct {
     bool has_index;
     double index;
     NodeId statement;
+    Value place; // of a fixed body: a transform
 } RigidLabel;
 
 typedef struct {

@@ -58,6 +58,9 @@ static bool refuse_given(RigidBlock *b, const Given *given, const char *hint, co
 }
 
 static bool read_range(RigidBlock *b, const Given *given, RigidJoint *joint) {
+    if (!value_is(&given->value, VALUE_RANGE)) { // an error was reported
+        return sim_rigid_fail(b);
+    }
     const Range *range = given->value.range;
     bool is_hinge = joint->kind == RIGID_HINGE;
     if (!dag_is_const(b->ev->dag, range->low, &joint->low) ||
@@ -99,6 +102,9 @@ static bool read_drive(RigidBlock *b, const Object *object, RigidJoint *joint) {
         (range && !read_range(b, range, joint))) {
         return false;
     }
+    if (speed && !value_is_numeric(&speed->value)) { // an error was reported
+        return sim_rigid_fail(b);
+    }
     if (speed && joint->strength == 0) {
         return refuse_given(b, speed, "write strength = ...", "is nothing without strength");
     }
@@ -114,6 +120,32 @@ static bool read_drive(RigidBlock *b, const Object *object, RigidJoint *joint) {
         dag_hash(ev->dag, speed->value.ref, 1, &b->sim->key);
     }
     return true;
+}
+
+static bool is_held(const RigidBlock *b, int32_t body) {
+    return body < 0 || b->bodies[body].is_fixed;
+}
+
+static bool check_ends(RigidBlock *b, const Object *object, const RigidJoint *joint) {
+    bool has_axis = joint->kind == RIGID_HINGE || joint->kind == RIGID_SLIDER;
+    const double *d = joint->axis, length = hypot(hypot(d[0], d[1]), d[2]);
+    if (joint->a < 0) {
+        eval_error_at(b->ev, object->where, "write a = Arm", "a joint holds a body");
+    } else if (joint->a == joint->b) {
+        eval_error_at(b->ev, object->where, "without b it holds a to the world",
+                      "a joint holds two bodies: its a and b are the same");
+    } else if (is_held(b, joint->a) && is_held(b, joint->b)) {
+        eval_error_at(b->ev, object->where, NULL,
+                      "a joint holds a body that can move: this one's are fixed");
+    } else if (has_axis && !(length > 0 && isfinite(length))) {
+        const Given *axis = object_given(object, PROPERTY_JOINT_AXIS);
+        eval_error_at(b->ev, axis ? axis->name : object->where, NULL,
+                      "the axis of a joint is a direction: <%.9g, %.9g, %.9g> is none", d[0], d[1],
+                      d[2]);
+    } else {
+        return true;
+    }
+    return sim_rigid_fail(b);
 }
 
 static void read_joint(RigidBlock *b, const Env *env, NodeId statement) {
@@ -150,11 +182,7 @@ static void read_joint(RigidBlock *b, const Env *env, NodeId statement) {
                    sim_rigid_numbers(b, &object, PROPERTY_JOINT_AT, joint.at) &&
                    sim_rigid_numbers(b, &object, PROPERTY_JOINT_AXIS, joint.axis) &&
                    read_drive(b, &object, &joint);
-    if (is_fine && joint.a < 0) {
-        eval_error_at(ev, object.where, "write a = Arm", "a joint holds a body");
-        is_fine = false;
-    }
-    if (is_fine) {
+    if (is_fine && check_ends(b, &object, &joint)) {
         const double ends[3] = {joint.kind, joint.a, joint.b};
         sim_rigid_hash(b, ends, 3);
         sim_rigid_hash(b, joint.at, 3);
@@ -309,7 +337,7 @@ static SimGroup *group_of(RigidBlock *b, Symbol name) {
     return group;
 }
 
-// Bodies by their labels: members in the order of the script.
+// Bodies by their labels: members in the order of the script, and fixed ones.
 static bool make_groups(RigidBlock *b) {
     Eval *ev = b->ev;
     uint32_t *members = ARENA_ARRAY(ev->arena, b->n_bodies, uint32_t), n = 0;
@@ -317,12 +345,14 @@ static bool make_groups(RigidBlock *b) {
     b->sim->groups = ARENA_ARRAY(ev->arena, b->n_bodies, SimGroup);
     for (size_t i = 0; i < b->n_bodies; i++) {
         const RigidLabel *label = &b->labels[i];
-        if (b->bodies[i].is_fixed) {
+        const bool is_fixed = b->bodies[i].is_fixed;
+        if (!label->name) {
             continue;
         }
         SimGroup *group = group_of(b, label->name);
         bool is_next = label->has_index
-                           ? (group->n == 0 || group->is_list) && label->index == group->n
+                           ? (group->n == 0 || (group->is_list && is_fixed == !!group->places)) &&
+                                 label->index == group->n
                            : group->n == 0;
         if (!is_next) {
             eval_error_at(ev, syntax_name_span(b->sim->module->syntax, label->statement), NULL,
@@ -331,9 +361,15 @@ static bool make_groups(RigidBlock *b) {
                           symbol_text(ev->symbols, label->name));
             return sim_rigid_fail(b);
         }
+        group->is_list = label->has_index;
+        if (is_fixed) {
+            group->places = arena_grow(ev->arena, group->places, group->n, &group->capacity,
+                                       sizeof *group->places);
+            group->places[group->n++] = label->place;
+            continue;
+        }
         group->members = arena_grow(ev->arena, group->members, group->n, &group->capacity,
                                     sizeof *group->members);
-        group->is_list = label->has_index;
         group->members[group->n++] = n;
         members[n++] = (uint32_t)i;
     }
@@ -344,7 +380,7 @@ static bool make_groups(RigidBlock *b) {
 
 bool eval_sim_rigid(Eval *ev, Sim *sim) {
     RigidBlock *b = ARENA_NEW(ev->arena, RigidBlock);
-    Env env = {sim->module, scope_new(ev->arena, sim->scope)};
+    Env env = {sim->module, sim->within};
     *b = (RigidBlock){.ev = ev, .sim = sim};
     b->object = (Object){.kind = OBJECT_SIM_RIGID,
                          .name = "sim rigid",

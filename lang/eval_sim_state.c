@@ -553,7 +553,7 @@ static void compile_all(Block *b, const Ref *rates) {
 bool eval_sim_state(Eval *ev, Sim *sim) {
     Block *b = ARENA_NEW(ev->arena, Block);
     *b = (Block){.ev = ev, .sim = sim};
-    b->env = (Env){sim->module, scope_new(ev->arena, sim->scope)};
+    b->env = (Env){sim->module, sim->within};
     b->object = (Object){.kind = OBJECT_SIM_STATE,
                          .name = "sim state",
                          .env = b->env,

@@ -11,14 +11,14 @@
 
 #include "render/outfile.h"
 
-enum { VERSION = 2, MESSAGE = 256 }; // VERSION: of the file, and of how it is computed
+enum { VERSION = 3, MESSAGE = 256 }; // VERSION: of the file, and of how it is computed
 
 // What a file begins with. n_values numbers follow: born, dies, birth and end of the members, keys
 // of arcs, key, start and rate of pieces, coefficients.
 typedef struct {
     char magic[8];
     uint64_t version;
-    Hash128 key, checksum; // of the numbers
+    Hash128 key, checksum; // of all else
     uint64_t n_values;
     SimTracks tracks; // its pointers are NULL
 } Header;
@@ -69,6 +69,16 @@ static size_t count(SimTracks *tracks) {
     return n;
 }
 
+static Hash128 checksum_of(const Header *header, const double *values) {
+    Header bytes;
+    Hash128 checksum = {0};
+    memcpy(&bytes, header, sizeof bytes); // holes included
+    memset(&bytes.checksum, 0, sizeof bytes.checksum);
+    hash_add(&checksum, &bytes, sizeof bytes);
+    hash_add(&checksum, values, header->n_values * sizeof *values);
+    return checksum;
+}
+
 // ---- Reading
 
 static bool is_plausible(const Header *header, const Hash128 *key, off_t size) {
@@ -93,10 +103,9 @@ static bool load(Arena *arena, const char *path, const Hash128 *key, SimTracks *
                    is_plausible(&header, key, about.st_size);
     if (is_fine) {
         double *values = ARENA_ARRAY(arena, header.n_values, double);
-        Hash128 checksum = {0};
         Array arrays[ARRAYS];
         is_fine = fread(values, sizeof *values, header.n_values, file) == header.n_values;
-        hash_add(&checksum, values, header.n_values * sizeof *values);
+        Hash128 checksum = is_fine ? checksum_of(&header, values) : (Hash128){0};
         is_fine = is_fine && memcmp(&checksum, &header.checksum, sizeof checksum) == 0;
         *tracks = header.tracks;
         arrays_of(tracks, arrays);
@@ -156,13 +165,13 @@ static bool store(const char *folder, const char *path, const Hash128 *key, SimT
     header.version = VERSION;
     header.key = *key;
     header.n_values = n;
-    hash_add(&header.checksum, values, n * sizeof *values);
     memcpy(&header.tracks, tracks, sizeof *tracks);
     Array own[ARRAYS];
     arrays_of(&header.tracks, own);
     for (int i = 0; i < ARRAYS; i++) {
         *own[i].at = NULL;
     }
+    header.checksum = checksum_of(&header, values);
     snprintf(message, MESSAGE, "cannot create the folder: %s", strerror(errno));
     bool is_open = make_folder(folder) && outfile_open(&file, path, message, MESSAGE);
     bool is_fine =
@@ -222,6 +231,7 @@ static bool find(void *context, Arena *arena, const SimJob *job, SimTracks *trac
     }
     if (!is_there && path && !store(cache->folder, path, &key, tracks, message)) {
         fprintf(cache->reports, "st4: warning: %s: %s\n", path, message);
+        path = NULL;
     }
     if (cache->list) {
         fprintf(cache->list, "%-16s %8u member%s %9u pieces  %s  %s\n", job->name,

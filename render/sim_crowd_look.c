@@ -225,8 +225,8 @@ static bool find_fires(Crowd *c, CrowdLevel *l, double t, bool with_new) {
 }
 
 // What is marked in fires happens at t, then what that brings about. What goes round in circles
-// comes to rest, since each round counts.
-static void happen(Crowd *c, CrowdLevel *l, double t) {
+// comes to rest, since each round counts. False: reported.
+static bool happen(Crowd *c, CrowdLevel *l, double t) {
     size_t n = n_conditions(c, l);
     bool fires = false;
     for (size_t i = 0; i < n; i++) {
@@ -239,9 +239,14 @@ static void happen(Crowd *c, CrowdLevel *l, double t) {
         }
         find_conditions(c, l, t, l->last);
         sim_equations_assign(c->equations, t, (SimMembers){l->who, l->n}, l->among, l->fires, l->y);
+        size_t n_y = (size_t)c->sim->n_states * l->n, bad = sim_first_infinite(l->y, n_y);
+        if (bad < n_y) {
+            return sim_run_fail(c->run, l->who[bad % l->n], t, SIM_BAD_EVENT);
+        }
         fires = find_fires(c, l, t, true);
     }
     come_and_go(c, l, t);
+    return true;
 }
 
 // Where a member's rates jump it begins a new arc, so that its bend stays a corner.
@@ -270,7 +275,9 @@ bool crowd_strike(Crowd *c, uint32_t depth, double t) {
             l->fires[i] = l->fires[i] || l->chosen[i];
         }
     }
-    happen(c, l, t);
+    if (!happen(c, l, t)) {
+        return false;
+    }
     if (!crowd_rates(c, depth, t, l->y, l->k[0])) {
         return sim_run_fail(c->run, c->bad, t, SIM_NOT_FINITE);
     }

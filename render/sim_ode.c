@@ -63,6 +63,14 @@ static void find_pose(const OdeBody *body, double at[3], double turn[4]) {
     turn[3] = q[0];
 }
 
+static bool all_finite(const double *x, size_t n) {
+    bool is = true;
+    for (size_t i = 0; i < n; i++) {
+        is = is && isfinite(x[i]);
+    }
+    return is;
+}
+
 // Newtons on the body at t, where it has that velocity; false: not finite.
 static bool find_force(const OdeRun *run, const OdeBody *body, double t, const double velocity[3],
                        double force[3]) {
@@ -74,7 +82,7 @@ static bool find_force(const OdeRun *run, const OdeBody *body, double t, const d
     find_pose(body, &in[IN_PX], turn);
     memcpy(&in[IN_WX], velocity, 3 * sizeof *in);
     run->evaluate(body->about->force, in, force);
-    return isfinite(force[0]) && isfinite(force[1]) && isfinite(force[2]);
+    return all_finite(force, 3);
 }
 
 // The velocity between two steps, from those in their middles: so drag is of second order too. Not
@@ -158,13 +166,17 @@ static bool make_body(OdeRun *run, OdeBody *body, const RigidBody *about) {
     return true;
 }
 
-// A fixed body that moves: there now, with the velocity that takes it to where it is next.
-static void drive(const OdeRun *run, OdeBody *body, double t) {
+// A fixed body that moves: there now, with the velocity that takes it to where it is next. False:
+// it is nowhere.
+static bool drive(const OdeRun *run, OdeBody *body, double t) {
     double now[RIGID_COLUMNS], next[RIGID_COLUMNS], h = run->sim->step;
     double in[IN_COUNT] = {[IN_T] = t, [IN_FILM_T] = t};
     run->evaluate(body->about->motion, in, now);
     in[IN_T] = in[IN_FILM_T] = t + h;
     run->evaluate(body->about->motion, in, next);
+    if (!all_finite(now, RIGID_COLUMNS) || !all_finite(next, RIGID_COLUMNS)) {
+        return false;
+    }
     set_pose(body, now, now + 3);
     dBodySetLinearVel(body->id, (next[0] - now[0]) / h, (next[1] - now[1]) / h,
                       (next[2] - now[2]) / h);
@@ -177,6 +189,7 @@ static void drive(const OdeRun *run, OdeBody *body, double t) {
     double sine = sqrt(x * x + y * y + z * z), sign = w < 0 ? -1 : 1;
     double rate = sine > 0 ? sign * 2 * atan2(sine, fabs(w)) / (sine * h) : 0;
     dBodySetAngularVel(body->id, x * rate, y * rate, z * rate);
+    return true;
 }
 
 // ---- Joints and contacts
@@ -198,23 +211,37 @@ static void limit_joint(dJointID joint, const RigidJoint *about, double step) {
     set_joint(joint, about->kind, dParamFMax, about->strength);
 }
 
-// Towards their speeds of the step from t on.
-static void drive_joints(OdeRun *run, double t) {
+// Towards their speeds of the step from t on. NULL, or the one whose speed is none.
+static const RigidJoint *drive_joints(OdeRun *run, double t) {
     for (uint32_t i = 0; i < run->sim->n_joints; i++) {
         const RigidJoint *about = &run->sim->joints[i];
         double in[IN_COUNT] = {[IN_T] = t, [IN_FILM_T] = t}, speed = 0;
         if (about->speed) {
             run->evaluate(about->speed, in, &speed);
+            if (!isfinite(speed)) {
+                return about;
+            }
             set_joint(run->joints[i], about->kind, dParamVel, speed);
         }
     }
+    return NULL;
 }
 
 static dJointID make_joint(OdeRun *run, const RigidJoint *about) {
     dBodyID a = about->a < 0 ? NULL : run->bodies[about->a].id;
     dBodyID b = about->b < 0 ? NULL : run->bodies[about->b].id;
-    const double *p = about->at, *d = about->axis;
+    const double *p = about->at;
+    double d[3] = {about->axis[0], about->axis[1], about->axis[2]};
     dJointID joint = NULL;
+    // ODE has the world second, and turns motors round where it exchanges the two itself. What a
+    // does against b about an axis, b does against a about the opposite one.
+    if (!a) {
+        a = b;
+        b = NULL;
+        for (int k = 0; k < 3; k++) {
+            d[k] = -d[k];
+        }
+    }
     for (int i = 0; i < 2; i++) {
         int32_t body = i == 0 ? about->a : about->b;
         if (body >= 0) {
@@ -297,8 +324,11 @@ static bool do_step(OdeRun *run, double t) {
     for (uint32_t i = 0; i < sim->n_bodies; i++) {
         OdeBody *body = &run->bodies[i];
         double force[3], velocity[3];
-        if (body->about->motion) {
-            drive(run, body, t);
+        if (body->about->motion && !drive(run, body, t)) {
+            char message[SIM_MESSAGE];
+            snprintf(message, sizeof message, "the place of the fixed body %.100s is not finite",
+                     body->about->name);
+            return refuse(run, UINT32_MAX, t, message);
         } else if (body->about->force) {
             predict_velocity(body, velocity);
             if (!find_force(run, body, t, velocity, force)) {
@@ -311,7 +341,13 @@ static bool do_step(OdeRun *run, double t) {
         }
         body->touches = false;
     }
-    drive_joints(run, t + sim->step / 2);
+    const RigidJoint *bad = drive_joints(run, t + sim->step / 2);
+    if (bad) {
+        char message[SIM_MESSAGE];
+        snprintf(message, sizeof message, "the speed of the joint of %.100s is not a finite number",
+                 sim->bodies[bad->a].name);
+        return refuse(run, UINT32_MAX, t, message);
+    }
     if (!sim_ode_touch(run)) {
         return refuse(run, UINT32_MAX, t, "there is no memory for its contacts");
     }
@@ -354,22 +390,25 @@ static bool set_up(OdeRun *run) {
     for (uint32_t i = 0; run->bodies && run->joints && i < sim->n_joints; i++) {
         const RigidJoint *about = &sim->joints[i];
         run->joints[i] = make_joint(run, about);
-        if (about->speed) { // nor is what a motor may move
-            dBodySetAutoDisableFlag(run->bodies[about->a].id, 0);
+        const int32_t ends[2] = {about->a, about->b};
+        for (int k = 0; about->speed && k < 2; k++) { // nor is what a motor may move
+            dBodyID body = ends[k] < 0 ? NULL : run->bodies[ends[k]].id;
+            if (body) {
+                dBodySetAutoDisableFlag(body, 0);
+            }
         }
     }
     return run->bodies && run->joints;
 }
 
-int sim_ode_send(const SimRigid *sim, RigidEvaluate *evaluate, int fd) {
+int sim_ode_send(const SimRigid *sim, uint64_t n_steps, RigidEvaluate *evaluate, int fd) {
     OdeRun run = {.sim = sim, .evaluate = evaluate, .out = fdopen(fd, "wb")};
     if (!run.out || !dInitODE2(0) || !dAllocateODEDataForThread(dAllocateMaskAll)) {
         return 0;
     }
     bool is_fine = set_up(&run) && send_step(&run, sim->low);
-    double n_steps = ceil((sim->high - sim->low) / sim->step - 1e-9);
-    for (double i = 0; is_fine && i < n_steps; i++) {
-        is_fine = do_step(&run, sim->low + i * sim->step);
+    for (uint64_t i = 0; is_fine && i < n_steps; i++) {
+        is_fine = do_step(&run, sim->low + (double)i * sim->step);
     }
     return fflush(run.out) == 0 && is_fine;
 }

@@ -25,7 +25,7 @@ typedef struct {
 typedef void RigidEvaluate(const Program *program, const double in[IN_COUNT], double *out);
 
 // What st4-ode.so exports. The first RigidStep is of the beginning. Only to be called in a child
-// process. evaluate: program_run1, which the plugin cannot see.
-int sim_ode_send(const SimRigid *sim, RigidEvaluate *evaluate, int fd);
+// process. n_steps: sim_rigid_steps. evaluate: program_run1, which the plugin cannot see.
+int sim_ode_send(const SimRigid *sim, uint64_t n_steps, RigidEvaluate *evaluate, int fd);
 
 #endif

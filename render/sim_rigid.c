@@ -141,12 +141,16 @@ static void take(const Run *run, Member *m, uint64_t k, RigidState state) {
     }
 }
 
+uint64_t sim_rigid_steps(const SimRigid *sim) {
+    return (uint64_t)fmax(2, ceil((sim->high - sim->low) / sim->step - 1e-9));
+}
+
 // ---- The child
 
 static void simulate(const void *argument, int fd) {
     const SimRigid *sim = argument;
     char message[SIM_MESSAGE];
-    int (*send)(const SimRigid *, RigidEvaluate *, int);
+    int (*send)(const SimRigid *, uint64_t, RigidEvaluate *, int);
     void *symbol = plugin_symbol("st4-ode.so", "sim_ode_send", message, sizeof message);
     if (!symbol) {
         RigidStep refusal = {.magic = RIGID_STREAM_MAGIC, .is_bad = 1, .member = UINT32_MAX};
@@ -157,7 +161,7 @@ static void simulate(const void *argument, int fd) {
     }
     // POSIX: a pointer from dlsym may be copied into one to a function.
     memcpy(&send, &symbol, sizeof symbol);
-    send(sim, program_run1, fd);
+    send(sim, sim_rigid_steps(sim), program_run1, fd);
 }
 
 // It ended early: where the members were last tells whose fault it is.
@@ -180,7 +184,7 @@ static void explain(const Run *run, uint64_t step, SimFailure *failure) {
 // All steps; false: *failure says why.
 static bool follow(Run *run, SimProgress *progress, void *context, SimFailure *failure) {
     const SimRigid *sim = run->sim;
-    uint64_t n_steps = (uint64_t)ceil((sim->high - sim->low) / sim->step - 1e-9);
+    const uint64_t n_steps = sim_rigid_steps(sim);
     for (uint64_t k = 0; k <= n_steps; k++) {
         RigidStep step;
         bool is_fine = child_receive(&run->child, &step, sizeof step);

@@ -47,6 +47,7 @@ typedef struct {
 } RigidShape;
 
 typedef struct {
+    const char *name; // its label, for messages
     bool is_fixed;
     const Program *motion; // of a fixed one that moves: 7 out, as the columns; reads IN_T. NULL
     const Program *force;  // newtons: 3 out; reads IN_T, IN_PX.. (place), IN_WX.. (velocity). NULL
@@ -62,8 +63,8 @@ typedef enum { RIGID_HINGE, RIGID_BALL, RIGID_SLIDER, RIGID_FIXED } RigidJointKi
 
 typedef struct {
     RigidJointKind kind;
-    int32_t a, b;          // indices of bodies, -1: the world
-    double at[3], axis[3]; // in the world
+    int32_t a, b;          // indices of bodies, another each, one not fixed; -1: the world
+    double at[3], axis[3]; // in the world; not 0
     double low, high;      // radians or metres from the start; infinite: no stops
     double strength;       // newton metres or newtons, at most, towards the speed; 0: none
     const Program *speed;  // 1 out, of a against b, by the second; reads IN_T. NULL: 0
@@ -79,6 +80,9 @@ typedef struct {
     uint32_t seed, iterations;
     unsigned limit; // seconds of processor time for the child; 0: none
 } SimRigid;
+
+// How many steps it takes: no less than two, as it is their neighbours that tell how they bend.
+uint64_t sim_rigid_steps(const SimRigid *sim);
 
 // As sim_state_run; failure->member is an index of members, or UINT32_MAX: nobody's.
 bool sim_rigid_run(Arena *arena, const SimRigid *sim, SimProgress *progress, void *context,

@@ -122,8 +122,8 @@ static void interrupt(SimRun *run, SimSystem *system, State *state, double t) {
 }
 
 // What is marked in fires happens at t, then what that brings about. What goes round in circles
-// comes to rest, since each round counts.
-static void happen(SimRun *run, SimSystem *system, State *state, double t) {
+// comes to rest, since each round counts. False: reported.
+static bool happen(SimRun *run, SimSystem *system, State *state, double t) {
     size_t n = (size_t)run->sim->n_whens * system->n;
     double *before = state->conditions, *after = before + n;
     bool fires_again = true;
@@ -133,7 +133,9 @@ static void happen(SimRun *run, SimSystem *system, State *state, double t) {
             state->fires[i] = state->fires[i] && !state->is_resting[i % system->n];
         }
         sim_system_conditions(system, t, before);
-        sim_system_assign(system, t, state->fires);
+        if (!sim_system_assign(system, t, state->fires)) {
+            return fail(run, system, t, SIM_BAD_EVENT);
+        }
         sim_system_conditions(system, t, after);
         fires_again = false;
         for (size_t i = 0; i < n; i++) {
@@ -141,6 +143,7 @@ static void happen(SimRun *run, SimSystem *system, State *state, double t) {
             fires_again = fires_again || state->fires[i];
         }
     }
+    return true;
 }
 
 // Times nearer to each other leave no room for a step between them.
@@ -172,7 +175,9 @@ static bool follow(SimRun *run, SimSystem *system, State *state, double *t, doub
             for (size_t i = 0; i < (size_t)run->sim->n_whens * system->n; i++) {
                 state->fires[i] = system->roots[i] != 0;
             }
-            happen(run, system, state, *t);
+            if (!happen(run, system, state, *t)) {
+                return false;
+            }
             sim_system_restart(system, *t, to, (*t - state->last_event) / 16);
             state->last_event = *t;
         }
@@ -229,8 +234,9 @@ static void bend(SimRun *run, SimSystem *system, State *state) {
     }
 }
 
-// Members come or go at t. What that makes true of those that stay happens to them.
-static void change(SimRun *run, SimSystem *system, State *state, double t) {
+// Members come or go at t. What that makes true of those that stay happens to them. False:
+// reported.
+static bool change(SimRun *run, SimSystem *system, State *state, double t) {
     size_t n = (size_t)run->sim->n_whens * system->n;
     double *before = state->conditions, *after = before + n;
     sim_system_rates(system, t, state->rates);
@@ -244,11 +250,12 @@ static void change(SimRun *run, SimSystem *system, State *state, double t) {
         state->fires[i] = !is_new && before[i] >= 0 && after[i] < 0;
         fires = fires || state->fires[i];
     }
-    if (fires) {
-        happen(run, system, state, t);
+    if (fires && !happen(run, system, state, t)) {
+        return false;
     }
     sim_system_rates(system, t, state->rates + (size_t)run->sim->n_states * system->n);
     bend(run, system, state);
+    return true;
 }
 
 static bool follow_all(SimRun *run, SimSystem *system, State *state) {
@@ -261,8 +268,8 @@ static bool follow_all(SimRun *run, SimSystem *system, State *state) {
     }
     come_and_go(run, system, state, t);
     for (uint32_t i = 0; i < n_stops; i++) {
-        if (i > 0) {
-            change(run, system, state, t);
+        if (i > 0 && !change(run, system, state, t)) {
+            return false;
         }
         if (!follow(run, system, state, &t, is_coupled ? run->stops[i] : run->end[system->first])) {
             return false;

@@ -71,12 +71,13 @@ static inline bool sim_run_bends(const SimState *sim, double before, double afte
 // What is told to who wrote the equations.
 #define SIM_NO_START   "its start values are not finite numbers"
 #define SIM_NOT_FINITE "its rates are not finite numbers"
+#define SIM_BAD_EVENT  "an event gives it values that are not finite numbers"
 #define SIM_NO_LONGER                                                                              \
     "its equations cannot be integrated any further: they grow without bound, or change too fast"
 #define SIM_TOO_TINY "its equations grow without bound, or change too fast to be followed"
 #define SIM_TOO_MANY_STEPS                                                                         \
     "it takes more than four million steps: a larger tolerance, or stiff = true, may help"
 #define SIM_NO_MEMORY "there is no memory for it"
-enum { SIM_MOST_TINY = 20000 }; // steps of less than a billionth of the span
+enum { SIM_MOST_TINY = 2000 }; // steps of less than a billionth of the span
 
 #endif

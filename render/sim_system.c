@@ -161,17 +161,21 @@ void sim_system_free(SimSystem *s) {
     free(s);
 }
 
+// Whether all states are finite; else who has one that is not.
+static bool is_finite(SimSystem *s) {
+    size_t n = (size_t)s->sim->n_states * s->n, bad = sim_first_infinite(s->y, n);
+    s->bad_member = bad < n ? (uint32_t)(bad % s->n) : 0;
+    return bad == n;
+}
+
 bool sim_system_start(SimSystem *s) {
-    size_t n = (size_t)s->sim->n_states * s->n;
     for (uint32_t j = 0; j < s->n; j++) {
         sim_system_be_there(s, j, true);
     }
     s->solver->alone = s->first;
     sim_equations_start(s->solver->equations, s->solver->members, s->y);
-    size_t bad = sim_first_infinite(s->y, n);
-    s->bad_member = bad < n ? (uint32_t)(bad % s->n) : 0;
     s->message = SIM_NO_START;
-    return bad == n;
+    return is_finite(s);
 }
 
 // ---- Steps
@@ -316,10 +320,11 @@ void sim_system_conditions(SimSystem *s, double t, double *out) {
     find_conditions(s, t, s->y, out);
 }
 
-void sim_system_assign(SimSystem *s, double t, const uint8_t *fires) {
+bool sim_system_assign(SimSystem *s, double t, const uint8_t *fires) {
     set_live(s, s->y);
     sim_equations_assign(s->solver->equations, t, s->solver->members, s->solver->members, fires,
                          s->y);
+    return is_finite(s);
 }
 
 void sim_system_rest(SimSystem *s, uint32_t j) {

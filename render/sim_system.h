@@ -47,8 +47,8 @@ void sim_system_rates(SimSystem *system, double t, double *out);
 // out[n_whens][n]: below 0 where true.
 void sim_system_conditions(SimSystem *system, double t, double *out);
 // Carries out the assignments of all events marked in fires[n_whens][n], of all members at once,
-// from the values before.
-void sim_system_assign(SimSystem *system, double t, const uint8_t *fires);
+// from the values before. False: some are not finite, of system->bad_member first.
+bool sim_system_assign(SimSystem *system, double t, const uint8_t *fires);
 // The scalars of member first + j keep their values from now on.
 void sim_system_rest(SimSystem *system, uint32_t j);
 // Whether it is there; at the start all are.

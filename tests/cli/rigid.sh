@@ -147,6 +147,16 @@ END
 test_rigid_joints_with_stops_and_strength() {
     cat >a.st4 <<'END'
 sphere { }
+sim rigid R { // a fixed body first, whether it moves or not
+  span = 0..2  gravity = 0*x
+  for i in 0..1 {
+    fixed Post[i] { sphere { }  translate <5*i, -5, (i > 0 ? 1e-9*t : 0)> }
+    body Wing[i] { box { }  mass = 6kg  translate 5*i*x }
+    joint hinge { a = Post[i]  b = Wing[i]  at = 5*i*x  axis = z  strength = 999  speed = 1  range = -30deg..45deg }
+    body Drawer[i] { box { }  mass = 6kg  translate <5*i, 0, 9> }
+    joint slider { a = Post[i]  b = Drawer[i]  axis = x  strength = 200  speed = 0.5  range = -0.1..0.3 }
+  }
+}
 sim rigid S {
   span = 0..6  gravity = 0*x
   body A { box { }  spin = 2*z }
@@ -170,6 +180,10 @@ sim rigid S {
 fn turn(b) = atan2(dot(b.turn*x, y), dot(b.turn*x, x))/1rad
 let slow = min(t, 3)
 END
+    at a.st4 '0..2 by 0.25' 'turn(R.Wing[0]) + min(t, pi/4)' 'turn(R.Wing[1]) + min(t, pi/4)' \
+        'R.Drawer[0].pos.x + min(t/2, 0.3)' 'R.Drawer[1].pos.x - 5 + min(t/2, 0.3)' \
+        'R.Post[0].pos.y + 5' 'R.Post[1].pos.x - 5'
+    all_below 5e-3
     at a.st4 '0..6 by 0.25' 'turn(S.A) - min(2*t, pi/2)' 'turn(S.B) - max(-2*t, -pi/4)' \
         'S.Slide[0].pos.z - min(2*t, 2)'
     all_below 5e-3
@@ -410,6 +424,17 @@ test_rigid_mistakes() {
     refused "$start body B { box { } } joint ball { a = B  strength = 1 } }" 'belongs to a hinge or a slider'
     refused "$start body B { box { } } joint hinge { a = B  speed = 1 } }" 'is nothing without strength'
     refused "$start body B { box { } } joint hinge { a = B  strength = t } }" 'must be known'
+    refused "$start body B { box { } } joint hinge { a = B  range = 6 } }" 'range'
+    refused "$start body B { box { } } joint hinge { a = B  b = B } }" 'its a and b are the same'
+    refused "$start fixed F { box { } } body B { box { } } joint ball { a = F } }" "this one's are fixed"
+    refused "$start body B { box { } } joint slider { a = B  axis = 0*x } }" '<0, 0, 0> is none'
+    refused "$start span = 0..2  body B { box { } } joint hinge { a = B  strength = 1  speed = (0.5 - t)^0.5 } }" \
+        'S: at t = 0.5 s the speed of the joint of B is not a finite number'
+    refused "$start span = 0..2  fixed F[2] { box { } translate y*(0.5 - t)^0.5 } body B { box { } translate 9*x } }" \
+        "numbered 0, 1, 2"
+    refused "$start span = 0..2  fixed F { box { } translate y*(0.5 - t)^0.5 } body B { box { } translate 9*x } }" \
+        'the place of the fixed body F is not finite'
+    refused "$start fixed { box { } scale 1 + t } body B { box { } } }" 'can not be scaled'
     refused "$start body B { box { } } joint hing J { a = B } }" 'there is no joint hing'
     refused "$start fixed { plane { } } }" 'no bodies that move'
     refused "$start box { } }" 'holds body, fixed and joint'

@@ -515,7 +515,9 @@ test_sim_kept() {
     file=$(ls kept/*.sim)
     before=$(cksum <"$file")
     for damage in 'printf x | dd of="$file" bs=1 seek=5000 conv=notrunc' 'truncate -s -8 "$file"' \
-        'printf nonsense >"$file"' ': >"$file"'; do
+        'printf nonsense >"$file"' ': >"$file"' \
+        'printf x | dd of="$file" bs=1 seek=76 conv=notrunc' \
+        'printf x | dd of="$file" bs=1 seek=118 conv=notrunc'; do
         eval "$damage" 2>/dev/null
         expect 0 "$ST4" sim sparks.st4 --cache kept
         has "$out" simulated
@@ -547,6 +549,11 @@ test_sim_mistakes() {
     refused "$start count = 3  span = 0..2  q = id  q' = id == 2 and t > 0.5s ? 0/0 : S.q[0] }" 'S, member 2: at t = 0.5'
     refused "$start count = 3  q = 1/(1 - id)  q' = S.q[0] }" 'S, member 1: at t = 0 s its start values are not finite'
     refused "$start count = 3  q = id  q' = 1/(1 - S.q[id]) }" 'S, member 1: at t = 0 s its rates are not finite'
+    refused "$start count = 3  span = 0..2  q = 1 + id  q' = -1  when q < 0 { q = 1/0 } }" 'S, member 0: at t = 1 s an event gives it values that are not finite'
+    refused "$start count = 3  span = 0..2  q = 1 + id  q' = -S.q[0]^0  when q < 0 { q = 1/0 } }" 'S, member 0: at t = 1 s an event gives it values that are not finite'
+    refused "$start q = 0  q' = R.p } sim state R { p = 0  p' = S.q }" "S.q is read here for what S itself needs to run"
+    refused "$start q = 0  q' = R.B.pos.x } sim rigid R { body B { box { } force = S.q*x } }" "S.q is read here for what S itself needs"
+    refused "$start q = 1  q' = -g } let g = S.q" "S.q is read here for what S itself needs"
     refused "$start span = 2..2  q = 0  q' = 1 }" 'the span is empty'
     refused "$start q = 0  cuont = 5  q' = 1 }" "did you mean 'count'?"
     refused "$start q = 0  q' = <1, 2> }" "the rate of 'q' is a number"
