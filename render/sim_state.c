@@ -42,6 +42,11 @@ static void add_pieces(SimRun *run, SimSystem *system, State *state, double from
     }
 }
 
+// Times nearer to each other leave no room for a step between them.
+static double least_span(const SimState *sim) {
+    return 200 * DBL_EPSILON * fmax(fabs(sim->low), fabs(sim->high));
+}
+
 // Pieces from the time `from` to the system's: halves, where one is too far from the solution.
 static bool add_step(SimRun *run, SimSystem *system, State *state, double from, double to,
                      int depth) {
@@ -49,7 +54,8 @@ static bool add_step(SimRun *run, SimSystem *system, State *state, double from, 
     if (!sim_system_interpolate(system, from, to)) {
         return false;
     }
-    if (depth >= MAX_DEPTH || sim_system_miss(system) <= 0.25 * run->sim->tolerance) {
+    bool is_short = depth >= MAX_DEPTH || to - from < least_span(run->sim);
+    if (is_short || sim_system_miss(system) <= 0.25 * run->sim->tolerance) {
         add_pieces(run, system, state, from, to);
         return true;
     }
@@ -144,11 +150,6 @@ static bool happen(SimRun *run, SimSystem *system, State *state, double t) {
         }
     }
     return true;
-}
-
-// Times nearer to each other leave no room for a step between them.
-static double least_span(const SimState *sim) {
-    return 200 * DBL_EPSILON * fmax(fabs(sim->low), fabs(sim->high));
 }
 
 // Up to the time `to`, which *t becomes.

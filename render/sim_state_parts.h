@@ -78,6 +78,6 @@ static inline bool sim_run_bends(const SimState *sim, double before, double afte
 #define SIM_TOO_MANY_STEPS                                                                         \
     "it takes more than four million steps: a larger tolerance, or stiff = true, may help"
 #define SIM_NO_MEMORY "there is no memory for it"
-enum { SIM_MOST_TINY = 2000 }; // steps of less than a billionth of the span
+enum { SIM_MOST_TINY = 20000 }; // steps of less than a billionth of the span
 
 #endif
